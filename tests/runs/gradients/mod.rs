@@ -11,6 +11,7 @@ mod draw;
 mod driven;
 mod dry;
 mod joints;
+mod landings;
 mod laws;
 mod loops;
 mod own;

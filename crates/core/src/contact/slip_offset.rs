@@ -191,6 +191,17 @@ impl Contact {
         self.key.bodies().map(|body| smooth_change(world, body, &states[body], &free[body])).sum()
     }
 
+    /// True if a `slip` (m/s) may stop or start within a few steps: its offset is (38a).
+    pub(crate) fn is_slow(
+        &self,
+        slip: &Vector3<f64>,
+        world: &World,
+        states: &[State],
+        free: &[State],
+    ) -> bool {
+        slip.norm() <= FAST * self.smooth_change(world, states, free)
+    }
+
     fn relative_velocity(
         &self,
         world: &World,

@@ -14,7 +14,7 @@ mod placement;
 mod side;
 mod untracked;
 
-pub(crate) use contact::{ContactTangent, PlacedFeatures, RowChange, RowSlopes};
+pub(crate) use contact::{ContactTangent, PlacedFeatures, PredictedStep, RowChange, RowSlopes};
 pub(crate) use joint::{JointTangent, RowsTangent};
 pub(crate) use side::SideChangeInput;
 pub(crate) use untracked::nearest_untracked;
@@ -73,7 +73,7 @@ impl StateChange {
 
     /// This change times `factor`.
     #[cfg(feature = "save")]
-    pub(crate) fn scaled(&self, factor: f64) -> Self {
+    pub fn scaled(&self, factor: f64) -> Self {
         Self::zero().plus(factor, self)
     }
 
@@ -162,6 +162,11 @@ impl EndMap {
         let back = Matrix3::identity() + (cross * cross - cross) * (2.0 * shrink);
         let turning = stretch.chained((Matrix3::identity() - cross) * (shrink * time_step), spin);
         Self { time_step, back, turning, velocity: *velocity, rate: spin * map.rate(spin) }
+    }
+
+    /// Rotation of the end (rad, body frame at the end) by the spin ω⁺.
+    pub(crate) fn turning(&self) -> &Matrix3<f64> {
+        &self.turning
     }
 
     /// Applies the map to differentials of the initial state, of V⁺ and of h.

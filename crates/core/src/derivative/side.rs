@@ -150,6 +150,9 @@ pub(crate) struct SideChangeInput {
     /// Velocity δv (m/s), world frame, and spin δω (rad/s), body frame, at k.
     pub(crate) velocity: Vector3<f64>,
     pub(crate) spin: Vector3<f64>,
+    /// Velocity δV (m/s), world frame, and spin δΩ (rad/s), body frame, of the instant at k.
+    pub(crate) instant_velocity: Vector3<f64>,
+    pub(crate) instant_spin: Vector3<f64>,
     /// Stretch σ: a coordinate x_k of the shape becomes (1 + σ_k) x_k, body frame.
     pub(crate) stretch: Vector3<f64>,
     /// Radius δρ (m).
@@ -174,6 +177,8 @@ impl SideChangeInput {
             turn: zero,
             velocity: zero,
             spin: zero,
+            instant_velocity: zero,
+            instant_spin: zero,
             stretch: zero,
             radius: 0.0,
             growth: 0.0,

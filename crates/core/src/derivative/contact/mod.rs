@@ -5,7 +5,11 @@
 //! evaluated in the frame that rotates with it: δn = φ × n.
 
 mod curved;
+mod offset;
 
+pub(crate) use offset::PredictedStep;
+
+use self::offset::OffsetTangent;
 use super::placement::{FeatureChange, Placement, across};
 use super::side::{SideChangeInput, StepSide};
 use crate::contact::{Contact, Curved, Partner};
@@ -86,6 +90,8 @@ pub(crate) struct ContactTangent {
     /// Difference between the gap row and the rebound row (m/s), if the contact has both; the
     /// smaller row is active. A struck contact may have a rebound speed of zero.
     between: f64,
+    /// Offset of the slip (eq. 38), if the contact has one.
+    offset: Option<Box<OffsetTangent>>,
 }
 
 /// Motion of a contact point over a step (m), world frame.
@@ -135,13 +141,14 @@ struct ReboundRow {
 
 impl ContactTangent {
     /// Prepares `contact`, with the features `placed`, for a step from `states` that ends with the
-    /// velocities of `next`.
+    /// velocities of `next`. The offset of its slip follows from the step `predicted`.
     pub(crate) fn new(
         world: &World,
         contact: &Contact,
         placed: &PlacedFeatures,
         states: &[State],
         next: &[State],
+        predicted: &PredictedStep,
     ) -> Self {
         let side = |body: Option<usize>, radius| {
             body.map_or(StepSide::fixed(radius), |body| {
@@ -195,6 +202,7 @@ impl ContactTangent {
             motion,
             rebound,
             between,
+            offset: OffsetTangent::new(world, contact, placed, states, predicted),
         }
     }
 
@@ -237,6 +245,11 @@ impl ContactTangent {
         [arm, self.a.origin + arm - self.b.origin]
     }
 
+    /// True if the rows depend on the velocities of the instant at k.
+    pub(crate) fn follows_instants(&self) -> bool {
+        self.offset.is_some()
+    }
+
     /// True if the derivatives of its features with respect to the poses are known.
     pub(crate) fn is_known(&self) -> bool {
         let exact = || match &self.contact.features.curved {
@@ -244,7 +257,8 @@ impl ContactTangent {
             Some(Curved::Cores(pair)) => self.end(pair).1.is_exact,
             Some(Curved::Ellipsoid(one)) => self.is_nearest(one),
         };
-        self.placed.placement != Placement::Unknown && exact()
+        let follows = self.offset.is_some() || self.contact.slip_offset == Vector3::zeros();
+        self.placed.placement != Placement::Unknown && exact() && follows
     }
 
     /// Differentials of the rows for the differentials `of_a` and `of_b` of both sides, of h (s)
@@ -271,6 +285,9 @@ impl ContactTangent {
             change.motion +=
                 across(&n, &moved) - turned * n.dot(&carried) - n * turned.dot(&carried);
         }
+        if let Some(offset) = &self.offset {
+            change.motion += offset.change([of_a, of_b], time_step);
+        }
         if let Some(rebound) = self.rebound {
             self.exchange(rebound, &mut change, [of_a, of_b], time_step, restitution);
         }
@@ -291,7 +308,8 @@ impl ContactTangent {
     pub(crate) fn rigid_slopes(&self) -> Option<[RowSlopes; 3]> {
         let stays = matches!(self.placed.placement, Placement::Fixed | Placement::Unknown);
         let carried = self.a.surface != self.b.surface;
-        if !stays || carried || self.rebound.is_some() || self.contact.features.curved.is_some() {
+        let is_plain = self.rebound.is_none() && self.offset.is_none();
+        if !stays || carried || !is_plain || self.contact.features.curved.is_some() {
             return None;
         }
         let h = self.time_step;
@@ -319,6 +337,48 @@ impl ContactTangent {
         let beyond = upright * rho;
         let of_b = RowSlopes { motion, turn: -press * h, arms: [beyond, beyond] };
         Some([place, turn, of_b])
+    }
+
+    /// Differential of u (m/s) for changes of the final velocities (m/s, world), given the rotations of
+    /// the ends (rad, world) and the spins of the rolling features (rad/s, world), up to its part along
+    /// the normal:
+    ///
+    /// ```text
+    /// plane: A_B A_B⁺ᵀ (h (δv_A − δv_B) + δψ_A × A_A⁺ a − δψ_B × s⁺)/h − ρ (δω_A − δω_B) × n
+    /// cores: δv_A + δψ_A × A_A⁺ a/h − δv_B − δψ_B × A_B⁺ b/h − (ρ_A δω_A + ρ_B δω_B) × n
+    /// ellipsoid: δv_A + δψ_A × A_A⁺ c/h − δv_B − δψ_B × A_B⁺ b/h + δω_A × y
+    /// ```
+    fn end_change(
+        &self,
+        linear: [Vector3<f64>; 2],
+        turns: [Vector3<f64>; 2],
+        spins: [Vector3<f64>; 2],
+    ) -> Vector3<f64> {
+        let (a, b, h) = (&self.a, &self.b, self.time_step);
+        let features = &self.contact.features;
+        let (n, rho) = (self.contact.normal(), features.radius);
+        let apart = linear[0] - linear[1];
+        let swept = |place: &Vector3<f64>, foot: &Vector3<f64>| {
+            let way = turns[0].cross(&(a.turned * place)) - turns[1].cross(&(b.turned * foot));
+            apart + way / h
+        };
+        match &features.curved {
+            None => {
+                let PointTravel { arm_end, back, end, .. } = &self.travel;
+                let way = turns[0].cross(arm_end) - turns[1].cross(end);
+                back * (apart + way / h) - (rho * (spins[0] - spins[1])).cross(&n)
+            }
+            Some(Curved::Cores(pair)) => {
+                let rolling = spins[0] * rho + spins[1] * pair.radius;
+                swept(&pair.point(), &pair.foot()) - rolling.cross(&n)
+            }
+            Some(Curved::Ellipsoid(one)) => {
+                let arm = a.rotation * one.shape.centre;
+                let foot = a.origin + self.contact.arm - b.origin;
+                swept(&one.shape.centre, &b.rotation.tr_mul(&foot))
+                    + spins[0].cross(&(self.contact.arm - arm))
+            }
+        }
     }
 
     /// Replaces the gap speed by the residual rebound `left` = n·ċ⁺ − e c_n⁻ (eq. 29). For u' = u +

@@ -81,6 +81,8 @@ pub(super) struct Backward {
     /// Derivatives with respect to the velocities before the present interval, from the extrapolation of
     /// those of the instant after it (eq. 37a).
     extrapolated: Vec<StateChange>,
+    /// Derivatives with respect to the velocities of the instant after the present interval.
+    by_instants: Vec<StateChange>,
     /// Derivatives with respect to the input of the present interval, from the half kick of the next one
     /// and from the velocities of the instant after it.
     later: Vec<Wrench>,
@@ -125,6 +127,7 @@ impl Backward {
                 .map_or(Ok(StepDerivative::new()), StepDerivative::smoothed)?,
             owed: vec![StateChange::zero(); bodies],
             extrapolated: vec![StateChange::zero(); bodies],
+            by_instants: vec![StateChange::zero(); bodies],
             later: vec![Wrench::zero(); bodies],
             late: vec![Wrench::zero(); bodies],
             later_inputs: Vec::new(),
@@ -143,7 +146,8 @@ impl Backward {
         start: &Saved,
     ) -> Result<RunGradient, Error> {
         self.flush_constants(run)?;
-        self.add(run, 0, start.states(), |_| None)?;
+        self.add(run, 0, start.states())?;
+        self.take_instants(|_| None);
         if let Some(end) = &self.end {
             simulation.restore(end)?;
         }
@@ -154,29 +158,34 @@ impl Backward {
         Ok(found)
     }
 
-    /// Adds the derivatives with respect to the `states` after `steps` steps. The velocities of a body are
-    /// extrapolated by this share of their last change (eq. 37a). Returns those of each body.
-    fn add(
-        &mut self,
-        run: &mut Run<'_>,
-        steps: u64,
-        states: &[State],
-        share: impl Fn(usize) -> Option<f64>,
-    ) -> Result<Vec<StateChange>, Error> {
-        let Some(by_states) = (run.by_states)(steps, states) else { return Ok(Vec::new()) };
+    /// Adds the derivatives with respect to the `states` after `steps` steps, with the velocities of the
+    /// instant.
+    fn add(&mut self, run: &mut Run<'_>, steps: u64, states: &[State]) -> Result<(), Error> {
+        let Some(by_states) = (run.by_states)(steps, states) else { return Ok(()) };
         let (field, count) = ("derivatives by states", by_states.len());
         if count != self.dual.len() {
             return Err(Error::Count { field, count, allowed: "one per body" });
         }
         for (body, more) in by_states.iter().enumerate() {
-            self.dual[body] = self.dual[body].plus(1.0, more);
-            if let Some(share) = share(body) {
-                let by_velocity = more.velocities();
-                self.dual[body] = self.dual[body].plus(share, &by_velocity);
-                self.extrapolated[body] = self.extrapolated[body].plus(-share, &by_velocity);
-            }
+            let by_velocity = more.velocities();
+            self.dual[body] = self.dual[body].plus(1.0, more).plus(-1.0, &by_velocity);
+            self.by_instants[body] = self.by_instants[body].plus(1.0, &by_velocity);
         }
-        Ok(by_states)
+        Ok(())
+    }
+
+    /// Converts the derivatives with respect to the velocities of the instant to those with respect to the
+    /// velocities of which they are extrapolated, by this share of their last change (eq. 37a). Returns the
+    /// former.
+    fn take_instants(&mut self, share: impl Fn(usize) -> Option<f64>) -> Vec<StateChange> {
+        let bodies = self.dual.len();
+        let taken = std::mem::replace(&mut self.by_instants, vec![StateChange::zero(); bodies]);
+        for (body, by) in taken.iter().enumerate() {
+            let share = share(body).unwrap_or(0.0);
+            self.dual[body] = self.dual[body].plus(1.0 + share, by);
+            self.extrapolated[body] = self.extrapolated[body].plus(-share, by);
+        }
+        taken
     }
 
     /// Processes the steps `from`…`to` backward; `start` is the state before the first of them.
@@ -335,6 +344,8 @@ impl Backward {
         exchange_drives(&mut simulation.world, &mut drives);
         let held = simulation.world.hold_back(&taken.states, &taken.solution.joints);
         let mut free = self.derivative.take_flights();
+        let has_instants = simulation.world.has_half_kicks();
+        self.derivative.set_instants(if has_instants { taken.instant_states() } else { &[] });
         let step = simulation.recorded_interval(taken, &mut free);
         let Interval { contacts, solution, .. } = taken;
         let mut found = Ok(());
@@ -358,13 +369,9 @@ impl Backward {
         let taken = &records[step.place.record].record.intervals()[step.place.interval];
         let is_extrapolated = |body: usize| taken.extrapolated.get(body) == Some(&true);
         let share = |body| is_extrapolated(body).then(|| 0.5 / world.kick(body));
-        let added = if step.is_last {
-            self.add(run, step.steps, taken.end_states(), share)
-        } else {
-            Ok(Vec::new())
-        };
-        let by_instants = added.as_ref().map_or(&[][..], |added| added);
-        for (body, by) in by_instants.iter().enumerate() {
+        let added =
+            if step.is_last { self.add(run, step.steps, taken.end_states()) } else { Ok(()) };
+        for (body, by) in self.take_instants(share).iter().enumerate() {
             if is_extrapolated(body) && !self.at_instant && !world.is_held(body) {
                 let of = &world.bodies()[body];
                 let share = late_share(world, body);
@@ -375,6 +382,7 @@ impl Backward {
         self.found.note(self.first + step.steps - 1, taken, &self.derivative);
         let is_whole = taken.part.is_none() && taken.before.is_empty();
         let starts = taken.states.clone();
+        let before = taken.before.clone();
         self.records = records;
         added?;
         let Self { derivative, dual, owed, step: gradient, .. } = self;
@@ -390,6 +398,7 @@ impl Backward {
         let Self { dual, extrapolated, records, step: gradient, .. } = self;
         let after = self.times.are_asked().then(|| dual.clone());
         dual.clone_from(&gradient.states);
+        self.by_instants.clone_from(&gradient.instants);
         if let Some(after) = after {
             let taken = &records[step.place.record].record.intervals()[step.place.interval];
             let all_have_times = self.times.add(world, taken, &after, dual);
@@ -413,6 +422,12 @@ impl Backward {
                     world.missing_kick_vjp(body, state, by, *constant, sums);
                 }
             }
+        }
+        // Bodies that start have the velocities of the instant.
+        for (body, _) in before.iter().enumerate().filter(|(_, before)| **before == 0.0) {
+            let by_velocity = self.dual[body].velocities();
+            self.dual[body] = self.dual[body].plus(-1.0, &by_velocity);
+            self.by_instants[body] = self.by_instants[body].plus(1.0, &by_velocity);
         }
         self.add_wrenches(world, step.is_last);
         self.add_constants();

@@ -7,7 +7,9 @@ use super::constants::{ConstantChanges, ConstantsBase, side_places, unit};
 use super::friction_tensor::LinearTensor;
 use super::slopes::{LinearisedSlopes, RowsChange};
 use crate::contact::{Contact, Partner};
-use crate::derivative::{ContactTangent, PlacedFeatures, RowChange, RowSlopes, SideChangeInput};
+use crate::derivative::{
+    ContactTangent, PlacedFeatures, PredictedStep, RowChange, RowSlopes, SideChangeInput,
+};
 use crate::mechanics::State;
 use crate::solver::native::law::MapPiece;
 use crate::step::Step;
@@ -37,6 +39,15 @@ pub(super) struct LinearCoupling {
     is_ground: bool,
 }
 
+/// Contact to linearise, coupling `index` of its island.
+pub(super) struct ContactPlace<'a> {
+    pub(super) contact: &'a Contact,
+    pub(super) placed: &'a PlacedFeatures,
+    pub(super) index: usize,
+    /// Step that the start predicts.
+    pub(super) predicted: &'a PredictedStep,
+}
+
 /// Contact on the piece of its law where it is linearised.
 pub(super) struct ContactOnPiece<'a> {
     pub(super) piece: MapPiece,
@@ -49,23 +60,22 @@ pub(super) struct ContactOnPiece<'a> {
 }
 
 impl LinearCoupling {
-    /// Linearises `contact`, coupling `index` of the island, on a piece of its law.
+    /// Linearises a contact on a piece of its law.
     ///
     /// `limit` is the ε whose limit is taken, or 0. With a limit, the law's own part of the impulse
     /// has no compliance (G14).
     pub(super) fn new(
         step: &Step<'_>,
-        contact: &Contact,
-        placed: &PlacedFeatures,
-        index: usize,
+        place: &ContactPlace<'_>,
         next: &[State],
         on: ContactOnPiece<'_>,
         limit: f64,
     ) -> Self {
+        let ContactPlace { contact, placed, index, predicted } = *place;
         let ContactOnPiece { piece, by_friction, from, impulse } = on;
         let (world, key) = (step.world, &contact.key);
         let bodies = [Some(key.body), key.partner.body()];
-        let tangent = ContactTangent::new(world, contact, placed, step.states, next);
+        let tangent = ContactTangent::new(world, contact, placed, step.states, next, predicted);
         let n = contact.normal();
         let pressed = n.dot(&impulse);
         let across = |v: &Vector3<f64>| v - n * n.dot(v);
@@ -172,8 +182,11 @@ impl LinearCoupling {
 
     /// Computes the pose and velocity columns one by one.
     fn set_columns(&mut self, contact: &Contact) {
-        let follows = contact.bounces() || self.tangent.follows_spin() || self.curve.is_some();
+        let has_offset = self.tangent.follows_instants();
+        let follows =
+            contact.bounces() || self.tangent.follows_spin() || self.curve.is_some() || has_offset;
         let mut by_velocity = follows.then(|| Box::new(RowsChange::zero()));
+        let mut by_instant = has_offset.then(|| Box::new(RowsChange::zero()));
         for side in (0..2).filter(|&side| self.slopes.bodies[side].is_some()) {
             for k in 0..6 {
                 let unit = Vector3::ith(k % 3, 1.0);
@@ -195,9 +208,16 @@ impl LinearCoupling {
                     };
                     slopes.set(6 * side + k, &self.changed(side, &faster));
                 }
+                if let Some(slopes) = &mut by_instant {
+                    let faster = match k {
+                        0..3 => SideChangeInput { instant_velocity: unit, ..nothing },
+                        _ => SideChangeInput { instant_spin: unit, ..nothing },
+                    };
+                    slopes.set(6 * side + k, &self.changed(side, &faster));
+                }
             }
         }
-        self.slopes.by_velocity = by_velocity;
+        (self.slopes.by_velocity, self.slopes.by_instant) = (by_velocity, by_instant);
     }
 
     /// Change of the rows for a change of one side.

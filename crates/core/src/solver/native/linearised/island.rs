@@ -104,7 +104,7 @@ impl LinearIsland {
         next: &mut [State],
         smoothed: Option<Smoothing>,
     ) -> Result<bool, Error> {
-        let IslandStep { step, contacts, view } = at;
+        let IslandStep { step, contacts, view, .. } = at;
         self.bodies.clear();
         self.bodies.extend_from_slice(view.bodies);
         self.island.begin(step, &IslandView { unsettled: 0.0, ..*view });
@@ -471,7 +471,7 @@ impl LinearIsland {
             }
             for rows in &*joints {
                 let by = one.rows_vjp(island, rows.coupling);
-                rows.slopes.vjp(&by, &mut gradient.states);
+                rows.slopes.vjp(&by, gradient);
                 rows.pull_constants(&by, constants, &mut gradient.constants);
             }
             for gear in &*gears {
@@ -482,14 +482,14 @@ impl LinearIsland {
             }
             for moment in &*moments {
                 let by = one.rows_vjp(island, moment.index);
-                moment.slopes.vjp(&by, &mut gradient.states);
+                moment.slopes.vjp(&by, gradient);
                 let contact = &couplings[moment.contact];
                 let sums = &mut gradient.constants;
                 moment.pull_constants(contact, &by, shapes, constants, sums);
             }
             for coupling in &*couplings {
                 let by = one.rows_vjp(island, coupling.index);
-                coupling.slopes.vjp(&by, &mut gradient.states);
+                coupling.slopes.vjp(&by, gradient);
                 coupling.pull_constants(&by, shapes, constants, &mut gradient.constants);
             }
         }

@@ -32,7 +32,7 @@ mod tied;
 
 use super::islands::{IslandPartition, IslandView, KnownForces, Marked, StepContacts};
 use crate::contact::Contact;
-use crate::derivative::{EndMap, StateChange, nearest_untracked};
+use crate::derivative::{EndMap, PredictedStep, StateChange, nearest_untracked};
 use crate::error::{Error, in_range};
 use crate::mechanics::{State, Wrench};
 use crate::step::{Step, StepSolution};
@@ -62,6 +62,9 @@ pub struct StepChange<'a> {
 pub struct StepGradient {
     /// Derivatives with respect to the states at k.
     pub states: Vec<StateChange>,
+    /// Derivatives with respect to the velocities of the instant at k, through the offsets of slips
+    /// (eq. 38); zero without [instants](StepDerivative::set_instants).
+    pub instants: Vec<StateChange>,
     /// Derivatives with respect to the wrenches (per N, per N m).
     pub wrenches: Vec<Wrench>,
     /// Derivatives with respect to the requested constants, in the order of the request.
@@ -107,6 +110,9 @@ pub struct StepDerivative {
     /// Final states of the current island, with compliance.
     next: Vec<State>,
     flights: Vec<State>,
+    /// States of the instant at the start of the next step, and the step that they predict.
+    starts: Vec<State>,
+    predicted: PredictedStep,
     /// Derivatives with respect to V⁺.
     by_velocity: Vec<ByVelocity>,
     gravity: Vector3<f64>,
@@ -168,6 +174,13 @@ impl StepDerivative {
         self.flights = memory;
     }
 
+    /// Takes the states with the velocities of the instant from which the next step starts. They determine the
+    /// offsets of its slips (eq. 38). Without states, the offsets count as constants.
+    pub fn set_instants(&mut self, instants: &[State]) {
+        self.starts.clear();
+        self.starts.extend_from_slice(instants);
+    }
+
     /// Difference between the differentiated step and the exact one. `None` for the exact step.
     pub fn smoothing(&self) -> Option<Smoothing> {
         self.smoothing
@@ -219,6 +232,7 @@ impl StepDerivative {
             let allowed = "one per body, one per contact";
             return Err(Error::Count { field, count: sizes[1], allowed });
         }
+        self.predicted.set(step, &self.starts);
         self.gravity = *world.gravity();
         self.ends.clear();
         self.ends.extend(solution.states.iter().enumerate().map(|(body, end)| {
@@ -292,7 +306,8 @@ impl StepDerivative {
         }
         let linear = &mut self.islands[self.count];
         self.count += 1;
-        let at = IslandStep { step, contacts, view };
+        let predicted = &self.predicted;
+        let at = IslandStep { step, contacts, predicted, view };
         let kept = linear.linearise(at, &self.slots, &mut self.next, self.smoothing)?;
         self.kept |= kept;
         let (point, map) = (&linear.points[0], step.world.step_map());
@@ -440,8 +455,10 @@ impl StepDerivative {
     ) -> Result<(Vec<ByVelocity>, f64), Error> {
         let bodies = self.ends.len();
         count("derivatives by the states at the end", end.len(), bodies)?;
-        let StepGradient { states, wrenches, constants } = gradient;
+        let StepGradient { states, instants, wrenches, constants } = gradient;
         states.clear();
+        instants.clear();
+        instants.resize(bodies, StateChange::zero());
         constants.clear();
         wrenches.clear();
         wrenches.resize(bodies, Wrench::zero());

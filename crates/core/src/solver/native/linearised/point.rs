@@ -3,13 +3,13 @@
 //! Equation numbers refer to `docs/gradients.md`.
 
 use super::StepChange;
-use super::coupling::{ContactOnPiece, LinearCoupling};
+use super::coupling::{ContactOnPiece, ContactPlace, LinearCoupling};
 use super::geared::LinearGear;
 use super::moment::{LinearMoment, MomentSolution};
 use super::refined::{RefinedColumns, StiffTerms};
 use super::tied::{self, LinearRows, Slots, SolvedRows, TiedEnds};
 use crate::contact::Contact;
-use crate::derivative::PlacedFeatures;
+use crate::derivative::{PlacedFeatures, PredictedStep};
 use crate::error::Error;
 use crate::mechanics::State;
 use crate::solver::native::body_equation::BodyPerturbation;
@@ -32,6 +32,8 @@ pub(super) struct IslandStep<'a> {
     pub(super) step: &'a Step<'a>,
     /// All contacts of the step.
     pub(super) contacts: &'a [Contact],
+    /// Step that its start predicts, for offsets of slips.
+    pub(super) predicted: &'a PredictedStep,
     pub(super) view: &'a IslandView<'a>,
 }
 
@@ -312,7 +314,7 @@ impl LinearPoint {
         placed: &mut [Option<PlacedFeatures>],
         on: PointCompliance,
     ) {
-        let IslandStep { step, contacts, view } = at;
+        let IslandStep { step, contacts, predicted, view } = at;
         let PointCompliance { compliance, is_limit } = on;
         let Self { newton, iterate, couplings, moments, joints, gears, gains, by_friction, .. } =
             self;
@@ -333,7 +335,8 @@ impl LinearPoint {
                 from: &gain.from,
                 impulse: iterate.impulses[*index],
             };
-            couplings.push(LinearCoupling::new(step, contact, placed, *index, next, on, limit));
+            let place = ContactPlace { contact, placed, index: *index, predicted };
+            couplings.push(LinearCoupling::new(step, &place, next, on, limit));
         }
         moments.clear();
         for (place, length) in island.moments_with_lengths() {

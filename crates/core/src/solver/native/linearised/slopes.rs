@@ -3,6 +3,7 @@
 //! The motion of the rows is kept apart from the impulse that a stiff gain makes of it. The factor
 //! 1/ε then multiplies a nearly vanishing sum, not its terms.
 
+use super::StepGradient;
 use crate::derivative::StateChange;
 use nalgebra::{SMatrix, Vector3, Vector6};
 
@@ -89,6 +90,9 @@ pub(super) struct LinearisedSlopes {
     pub(super) by_pose: RowsChange<12>,
     /// Derivative with respect to δv (world) and δω (body) at k of A and of B. `None` if independent.
     pub(super) by_velocity: Option<Box<RowsChange<12>>>,
+    /// Derivative with respect to δV (world) and δΩ (body) of the instant at k of A and B. `None` if
+    /// independent.
+    pub(super) by_instant: Option<Box<RowsChange<12>>>,
 }
 
 /// Stacks position and rotation, or velocity and spin.
@@ -99,7 +103,7 @@ fn six(position: &Vector3<f64>, turn: &Vector3<f64>) -> Vector6<f64> {
 
 impl LinearisedSlopes {
     pub(super) fn new(bodies: [Option<usize>; 2]) -> Self {
-        Self { bodies, by_pose: RowsChange::zero(), by_velocity: None }
+        Self { bodies, by_pose: RowsChange::zero(), by_velocity: None, by_instant: None }
     }
 
     /// Change of the rows for changes of states.
@@ -126,10 +130,18 @@ impl LinearisedSlopes {
         Some((self.by_pose.columns(first), by_velocity))
     }
 
-    /// Adds the transposed product: derivatives with respect to states.
-    pub(super) fn vjp(&self, by: &RowsChange<1>, states: &mut [StateChange]) {
+    /// Adds the transposed product: derivatives with respect to states and to the velocities of the
+    /// instant.
+    pub(super) fn vjp(&self, by: &RowsChange<1>, gradient: &mut StepGradient) {
         for (side, body) in self.bodies.into_iter().enumerate() {
-            let Some(state) = body.map(|body| &mut states[body]) else { continue };
+            let Some(body) = body else { continue };
+            if let Some(slopes) = &self.by_instant {
+                let faster = slopes.rows_vjp(6 * side, by);
+                let instant = &mut gradient.instants[body];
+                instant.velocity += faster.fixed_rows::<3>(0);
+                instant.spin += faster.fixed_rows::<3>(3);
+            }
+            let state = &mut gradient.states[body];
             let pose = self.by_pose.rows_vjp(6 * side, by);
             state.position += pose.fixed_rows::<3>(0);
             state.turn += pose.fixed_rows::<3>(3);
