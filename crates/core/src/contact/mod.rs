@@ -357,6 +357,15 @@ impl Contact {
         }
     }
 
+    /// Point of B whose chord the slip has (m, frame of B): the centre of a round feature, or the point that
+    /// `touches` (m, world) with B at `b`.
+    pub(crate) fn foot(&self, b: &Pose, touches: &Vector3<f64>) -> Vector3<f64> {
+        match &self.features.curved {
+            Some(Curved::Cores(pair)) => pair.foot(),
+            _ => b.rotation.tr_mul(&(touches - b.position)),
+        }
+    }
+
     /// Touching point of A at these poses (m, world).
     pub(crate) fn touching_point(&self, a: &Pose, b: Option<&Pose>) -> Vector3<f64> {
         let Features { point, radius, frame, curved, .. } = &self.features;

@@ -15,16 +15,14 @@
 //!
 //! Slow contacts that touch, and whose touching point x moves over A, take another offset. A body with an impact in
 //! the interval before has none, so that it can stop between two surfaces. Rolling has no slip at the touching point
-//! of the middle of the step, but the slip (10) is that at the point of its start. With the slip s(x) of the
-//! velocities 2V − w at the touching points x and x⁺ of the start and of the end of their motion,
+//! of the middle of the step, but the slip (10) is that at the point of its start. With the angular velocities Ω of
+//! 2V − w, the vectors z from the centre of A's feature to x, and ζ from the point of B that x touches at the start,
 //!
 //! ```text
-//! o = ½ (s(x) + s(x⁺)) − d − u_t(2V − w)                                 (eq. 38a)
+//! o = ½ (E − n nᵀ) (Ω_A × (z⁺ − z) − Ω_B × (ζ⁺ − ζ))                      (eq. 38a)
 //! ```
 //!
-//! u_t has the chords of the centres of A's features and of B's touched points, and s has their arcs. Their
-//! difference d is left out, so that a point that sticks does not creep. The rounded end of a capsule, whose centre
-//! is fixed in A, has no offset on a fixed plane.
+//! where ⁺ is the end of a step with 2V − w.
 
 use super::Contact;
 use crate::kinematics::StepMap;
@@ -283,36 +281,28 @@ impl InstantMotions {
         let map = world.step_map();
         let a = self.predicted(states, own, &map);
         let b = other.map(|body| self.predicted(states, body, &map));
-        let mut u = contact.motion([&a[0], &a[1]], b.as_ref().map(|[from, to]| [from, to]), &map);
-        if world.has_surfaces() {
-            u += contact.carried(world, states);
-        }
-        u -= normal * normal.dot(&u);
         contact.slip_offset = if is_slow {
-            let twist = |body: usize, pose: &Pose| {
-                let velocity = BodyVelocity::new(&self.extrapolated(states, body));
-                BodyVelocity { position: pose.position, ..velocity }
+            let spin = |body: usize| {
+                let State { attitude, spin, .. } = self.extrapolated(states, body);
+                rotation(&attitude) * spin
             };
-            let mean = [0, 1].map(|k| {
-                let pose_b = b.as_ref().map(|b| &b[k]);
-                let twists =
-                    [Some(twist(own, &a[k])), other.zip(pose_b).map(|(b, at)| twist(b, at))];
-                let point = contact.touching_point(&a[k], pose_b);
-                contact.relative_velocity(world, &self.instants, twists, &point)
-            });
-            // Arc beyond the chord of a point of a body.
-            let beyond = |body: usize, poses: &[Pose; 2], local: &Vector3<f64>| {
-                let spin = self.extrapolated(states, body).spin;
-                let turned = poses[0].rotation * (spin - map.stretched(&spin));
-                turned.cross(&((poses[0].rotation + poses[1].rotation) * local * 0.5))
+            let touched = [0, 1].map(|k| contact.touching_point(&a[k], b.as_ref().map(|b| &b[k])));
+            let moved = |poses: &[Pose; 2], local: &Vector3<f64>| {
+                let [from, to] = [0, 1].map(|k| touched[k] - poses[k].place(local));
+                to - from
             };
-            let mut mean = (mean[0] + mean[1]) * 0.5 - beyond(own, &a, &contact.centre());
+            let mut rolling = spin(own).cross(&moved(&a, &contact.centre()));
             if let Some((body, poses)) = other.zip(b.as_ref()) {
-                let touched = contact.touching_point(&a[0], Some(&poses[0])) - poses[0].position;
-                mean += beyond(body, poses, &poses[0].rotation.tr_mul(&touched));
+                rolling -= spin(body).cross(&moved(poses, &contact.foot(&poses[0], &touched[0])));
             }
-            mean - normal * normal.dot(&mean) - u
+            (rolling - normal * normal.dot(&rolling)) * 0.5
         } else {
+            let mut u =
+                contact.motion([&a[0], &a[1]], b.as_ref().map(|[from, to]| [from, to]), &map);
+            if world.has_surfaces() {
+                u += contact.carried(world, states);
+            }
+            u -= normal * normal.dot(&u);
             let along = slip / speed;
             along * along.dot(&u) - u
         };

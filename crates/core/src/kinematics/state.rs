@@ -28,6 +28,13 @@ pub struct Pose {
     pub rotation: Matrix3<f64>,
 }
 
+impl Pose {
+    /// Place of the body's point `local` (m, body frame) in the world (m).
+    pub fn place(&self, local: &Vector3<f64>) -> Vector3<f64> {
+        self.position + self.rotation * local
+    }
+}
+
 /// Force and torque on a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
