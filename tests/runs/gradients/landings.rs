@@ -61,7 +61,7 @@ fn scene(draw: &mut Draw) -> String {
     let h = [0.001, 0.002, 0.004][draw.within(0.0, 2.999) as usize];
     let friction = draw.within(0.1, 0.8);
     let mut text = format!("time_step = {h}\n[ground]\nfriction = {friction:.9}\n");
-    let place = Vector3::new(0.0, 0.0, draw.within(0.1, 0.3));
+    let place = Vector3::new(0.0, 0.0, draw.within(0.22, 0.32));
     let (kind, turn) = (draw.within(0.0, 1.0), draw.attitude());
     text += &body("a", &place, &turn, draw);
     if kind < 0.2 {

@@ -32,23 +32,9 @@ impl ContactTangent {
         let (u, v) = (a.rotation * curved.of_a.along, b.rotation * curved.of_b.along);
         let offset_vector = x - y;
         let moved = sides.0.carried(&x) - sides.1.carried(&y);
-        // Parameters inside their segments follow the nearest points.
-        let is_free = |core: &Core, share: f64| core.is_segment() && share > 0.0 && share < 1.0;
-        let free = (is_free(&curved.of_a, curved.shares.0), is_free(&curved.of_b, curved.shares.1));
-        let (rhs_a, rhs_b) = (
-            -(moved.dot(&u) + offset_vector.dot(&(by_a * u))),
-            -(moved.dot(&v) + offset_vector.dot(&(by_b * v))),
-        );
-        let (slid_a, slid_b) = match free {
-            (false, false) => (0.0, 0.0),
-            (true, false) => (rhs_a / u.dot(&u), 0.0),
-            (false, true) => (0.0, -rhs_b / v.dot(&v)),
-            (true, true) => {
-                let matrix = Matrix2::new(u.dot(&u), -u.dot(&v), u.dot(&v), -v.dot(&v));
-                let solved = matrix.lu().solve(&Vector2::new(rhs_a, rhs_b));
-                solved.map_or((0.0, 0.0), |slid| (slid[0], slid[1]))
-            }
-        };
+        let ways = [u, v];
+        let (slid_a, slid_b) =
+            slid(curved, curved.shares, &ways, [&by_a * u, &by_b * v], (&offset_vector, &moved));
         let way_change = moved + u * slid_a - v * slid_b;
         let distance = offset_vector.norm();
         let turned = across(&n, &way_change) / distance;
@@ -254,6 +240,52 @@ impl ContactTangent {
         let moved_arm = arm_change + beyond_change;
         RowChange { motion, turn: n.cross(&turned), arms: [moved_arm, apart + moved_arm] }
     }
+}
+
+/// Change of the parameters of the nearest points of two cores (eq. G5). Parameters inside their segments
+/// follow the nearest points.
+///
+/// `ways` are the cores' vectors and `turned` their changes. `apart` is the vector from B's nearest point to A's,
+/// and its change at fixed parameters.
+pub(super) fn slid(
+    curved: &CorePair,
+    shares: (f64, f64),
+    ways: &[Vector3<f64>; 2],
+    turned: [Vector3<f64>; 2],
+    (apart, moved): (&Vector3<f64>, &Vector3<f64>),
+) -> (f64, f64) {
+    let is_free = |core: &Core, share: f64| core.is_segment() && share > 0.0 && share < 1.0;
+    let free = (is_free(&curved.of_a, shares.0), is_free(&curved.of_b, shares.1));
+    let [u, v] = ways;
+    let [rhs_a, rhs_b] = [(u, &turned[0]), (v, &turned[1])]
+        .map(|(way, turned)| -(moved.dot(way) + apart.dot(turned)));
+    match free {
+        (false, false) => (0.0, 0.0),
+        (true, false) => (rhs_a / u.dot(u), 0.0),
+        (false, true) => (0.0, -rhs_b / v.dot(v)),
+        (true, true) => {
+            let matrix = Matrix2::new(u.dot(u), -u.dot(v), u.dot(v), -v.dot(v));
+            let solved = matrix.lu().solve(&Vector2::new(rhs_a, rhs_b));
+            solved.map_or((0.0, 0.0), |slid| (slid[0], slid[1]))
+        }
+    }
+}
+
+/// Change of the vector from the centre of an ellipsoid to its nearest point to a plane (G5a): y = −A S Sᵀ n_A/w with
+/// w = |Sᵀ n_A| and n_A = Aᵀ n, for a rotation A that changes by `turn` (world) and a normal n that changes by `normal`.
+pub(super) fn nearest_change(
+    one: &EllipsoidPoint,
+    rotation: &Matrix3<f64>,
+    turn: &Vector3<f64>,
+    (n, normal): (&Vector3<f64>, &Vector3<f64>),
+) -> Vector3<f64> {
+    let local = rotation.tr_mul(n);
+    let square = one.shape.axes * one.shape.axes.transpose();
+    let width = one.shape.half_width(&local);
+    let change = square * rotation.tr_mul(&(normal - turn.cross(n)));
+    let across = square * local * (local.dot(&change) / (width * width));
+    let nearest = -(rotation * (square * local)) / width;
+    turn.cross(&nearest) - rotation * ((change - across) / width)
 }
 
 /// Distance of the contact from the end of its features (m): of the nearest points of two cores

@@ -1,20 +1,25 @@
-//! Derivative of the offset of a slip (eq. 38).
+//! Derivative of the offset of a slip (eqs. 38 and 38a).
 //!
-//! The offset o = −(E − ŝ ŝᵀ) u_t(2V − w) is a function of the poses, of the velocities w of the
-//! middle before the step and of the velocities V of its start. With the slip s of V,
+//! The offset is a function of the poses, of the velocities w of the middle before the step and of the
+//! velocities V of its start. With the slip s of V, and the slip u_t of a step that ends with 2V − w,
+//! it changes by
 //!
 //! ```text
-//! δo = δŝ (ŝ·u_t) + ŝ (δŝ·u_t + ŝ·δu_t) − δu_t,   δŝ = (E − ŝ ŝᵀ) δs/|s|             (G22)
+//! (38)  δo = δŝ (ŝ·u_t) + ŝ (δŝ·u_t + ŝ·δu_t) − δu_t,   δŝ = (E − ŝ ŝᵀ) δs/|s|        (G22)
+//! (38a) δo = ½ (E − n nᵀ) (δΩ_A × m_A + Ω_A × δm_A − δΩ_B × m_B − Ω_B × δm_B)
+//!            − ½ (δn nᵀ + n δnᵀ) (Ω_A × m_A − Ω_B × m_B)                              (G22a)
 //! ```
 //!
-//! δu_t is the differential of a step that ends with 2V − w. The equation is that of
-//! `docs/gradients.md`.
+//! with the ways m = z⁺ − z and ζ⁺ − ζ of the touching point in A and in B. Equation numbers are those
+//! of `docs/gradients.md`.
 
+use super::curved::{nearest_change, slid};
 use super::{ContactTangent, across};
-use crate::contact::Contact;
-use crate::derivative::side::SideChangeInput;
+use crate::contact::{Contact, CorePair, Curved, EllipsoidPoint};
+use crate::derivative::placement::FeatureChange;
+use crate::derivative::side::{SideChangeInput, StepSide};
 use crate::derivative::{EndMap, PlacedFeatures};
-use crate::mechanics::State;
+use crate::mechanics::{Pose, State};
 use crate::step::Step;
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
@@ -30,7 +35,7 @@ pub(crate) struct PredictedStep {
 }
 
 impl PredictedStep {
-    /// Predicts the step from `states`, whose velocities are w. Without `instants` there is no offset.
+    /// Predicts the step from its states, whose velocities are w. Without `instants` there is no offset.
     pub(crate) fn set(&mut self, step: &Step<'_>, instants: &[State]) {
         let Step { world, states, free, .. } = *step;
         self.free.clear();
@@ -54,11 +59,50 @@ pub(super) struct OffsetTangent {
     predicted: ContactTangent,
     /// Rotation at the end of that step (rad, world) by the spins of A and B (rad/s, body).
     turnings: [Matrix3<f64>; 2],
-    /// Spins Ω of A and B at the instant (rad/s, world).
+    /// Motion at the instant, of the offset (38); `None` for (38a).
+    sliding: Option<Sliding>,
+}
+
+/// Motion of the touching points at the instant.
+#[derive(Debug, Clone)]
+struct Sliding {
+    /// Spins Ω of A and B (rad/s, world).
     spins: [Vector3<f64>; 2],
-    /// Relative velocity of the touching points at the instant (m/s, world), and its slip s.
+    /// Relative velocity (m/s, world), and its slip s.
     velocity: Vector3<f64>,
     slip: Vector3<f64>,
+}
+
+/// Pose of one side at an end of the predicted step, and its change.
+#[derive(Debug, Clone, Copy)]
+struct MovedSide {
+    origin: Vector3<f64>,
+    rotation: Matrix3<f64>,
+    /// δr (m) and δψ (rad), world.
+    position: Vector3<f64>,
+    turn: Vector3<f64>,
+    stretch: Vector3<f64>,
+}
+
+impl MovedSide {
+    /// World position of a point of the side (m), and its change with that of the point.
+    fn place(&self, local: &Vector3<f64>, change: &Vector3<f64>) -> [Vector3<f64>; 2] {
+        let arm = self.rotation * local;
+        let moved = self.position + self.turn.cross(&arm) + self.rotation * change;
+        [self.origin + arm, moved]
+    }
+
+    /// The same for a point that the size of the body stretches.
+    fn place_stretched(&self, local: &Vector3<f64>) -> [Vector3<f64>; 2] {
+        self.place(local, &self.stretch.component_mul(local))
+    }
+}
+
+/// Touching point x (m, world) at an end of the predicted step, and its change.
+struct Touching {
+    place: [Vector3<f64>; 2],
+    /// Change of the parameters of the nearest points of two cores.
+    slid: (f64, f64),
 }
 
 impl OffsetTangent {
@@ -92,22 +136,25 @@ impl OffsetTangent {
         let velocity = contact.point_velocity(world, instants);
         let normal = contact.normal();
         let slip = velocity - normal * normal.dot(&velocity);
-        if contact.is_slow(&slip, world, states, free) {
-            return None;
-        }
-        Some(Box::new(Self { predicted, turnings, spins, velocity, slip }))
+        let is_slow = contact.is_slow(&slip, world, states, free);
+        let sliding = (!is_slow).then_some(Sliding { spins, velocity, slip });
+        Some(Box::new(Self { predicted, turnings, sliding }))
     }
 
     /// Differential δo for the differentials of both sides and of h (s).
     pub(super) fn change(&self, sides: [&SideChangeInput; 2], time_step: f64) -> Vector3<f64> {
-        let Self { predicted, spins, velocity, slip, .. } = self;
-        let rows = predicted.change(sides[0], sides[1], time_step, 0.0);
-        let n = predicted.contact.normal();
+        let rows = self.predicted.change(sides[0], sides[1], time_step, 0.0);
+        let n = self.predicted.contact.normal();
         let turned = rows.turn.cross(&n);
         // Differential of the part of a vector across the normal.
         let projected = |vector: &Vector3<f64>, change: &Vector3<f64>| {
             across(&n, change) - turned * n.dot(vector) - n * turned.dot(vector)
         };
+        let Some(Sliding { spins, velocity, slip }) = &self.sliding else {
+            let [rolling, change] = self.rolling(sides, time_step);
+            return projected(&rolling, &change);
+        };
+        let predicted = &self.predicted;
         let motion = rows.motion + self.by_velocities(sides);
         let u = across(&n, &predicted.motion);
         let u_change = projected(&predicted.motion, &motion);
@@ -132,10 +179,155 @@ impl OffsetTangent {
     /// Part of δu by the velocities 2V − w of the predicted step (m/s), up to its part along the normal.
     fn by_velocities(&self, sides: [&SideChangeInput; 2]) -> Vector3<f64> {
         let Self { predicted, turnings, .. } = self;
-        let spins = sides.map(|given| 2.0 * given.instant_spin - given.spin);
-        let linear = sides.map(|given| 2.0 * given.instant_velocity - given.velocity);
+        let [linear, spins] = predicted_change(sides);
         let turns = [turnings[0] * spins[0], turnings[1] * spins[1]];
         let rolling = [predicted.a.rotation * spins[0], predicted.b.rotation * spins[1]];
         predicted.end_change(linear, turns, rolling)
     }
+
+    /// ½ (Ω_A × m_A − Ω_B × m_B) (m/s, world) of (38a), and its differential.
+    fn rolling(&self, sides: [&SideChangeInput; 2], time_step: f64) -> [Vector3<f64>; 2] {
+        let Self { predicted, turnings, .. } = self;
+        let (a, b, h) = (&predicted.a, &predicted.b, predicted.time_step);
+        let [linear, spins] = predicted_change(sides);
+        let ends = |k: usize, side: &StepSide| {
+            let SideChangeInput { position, turn, stretch, .. } = *sides[k];
+            let moved = side.linear * time_step + linear[k] * h;
+            let turned = side.rate * time_step + turnings[k] * spins[k];
+            let start =
+                MovedSide { origin: side.origin, rotation: side.rotation, position, turn, stretch };
+            let end = MovedSide {
+                origin: side.origin + side.linear * h,
+                rotation: side.turned,
+                position: position + moved,
+                turn: turn + turned,
+                stretch,
+            };
+            [start, end]
+        };
+        let (of_a, of_b) = (ends(0, a), ends(1, b));
+        let given = (a.change(sides[0]), b.change(sides[1]));
+        let features = predicted.placed.placement.change(&predicted.contact, &given.0, &given.1);
+        let radius = sides[0].radius;
+        let touching = [0, 1].map(|k| self.touching(k, [&of_a[k], &of_b[k]], &features, radius));
+        let contact = &predicted.contact;
+        let centre = contact.centre();
+        let foot = contact.foot(
+            &crate::mechanics::Pose { position: b.origin, rotation: b.rotation },
+            &touching[0].place[0],
+        );
+        let (centre_change, foot_change) = match &contact.features.curved {
+            None => (features.point, None),
+            Some(Curved::Ellipsoid(_)) => (sides[0].stretch.component_mul(&centre), None),
+            Some(Curved::Cores(pair)) => {
+                let (slid_a, slid_b) = touching[0].slid;
+                (
+                    sides[0].stretch.component_mul(&centre) + pair.of_a.along * slid_a,
+                    Some(sides[1].stretch.component_mul(&foot) + pair.of_b.along * slid_b),
+                )
+            }
+        };
+        let foot_change = foot_change.unwrap_or_else(|| {
+            let [place, change] = touching[0].place;
+            let moved = change - sides[1].position - sides[1].turn.cross(&(place - b.origin));
+            b.rotation.tr_mul(&moved)
+        });
+        // Way of the touching point in a side, and its differential.
+        let way = |of: &[MovedSide; 2], local: &Vector3<f64>, change: &Vector3<f64>| {
+            let at = [0, 1].map(|k| {
+                let [place, moved] = of[k].place(local, change);
+                let [touched, touched_change] = touching[k].place;
+                [touched - place, touched_change - moved]
+            });
+            [at[1][0] - at[0][0], at[1][1] - at[0][1]]
+        };
+        let ways = [way(&of_a, &centre, &centre_change), way(&of_b, &foot, &foot_change)];
+        let mut sums = [Vector3::zeros(); 2];
+        for (k, (side, sign)) in [(a, 0.5), (b, -0.5)].into_iter().enumerate() {
+            let spin = side.spin_world;
+            let spin_change = side.rotation * spins[k] + sides[k].turn.cross(&spin);
+            let [moved, change] = ways[k];
+            sums[0] += spin.cross(&moved) * sign;
+            sums[1] += (spin_change.cross(&moved) + spin.cross(&change)) * sign;
+        }
+        sums
+    }
+
+    /// Touching point with A and B at `sides`, end `k` of the predicted step. `wider` is δρ (m) of A.
+    fn touching(
+        &self,
+        k: usize,
+        [a, b]: [&MovedSide; 2],
+        features: &FeatureChange,
+        wider: f64,
+    ) -> Touching {
+        let predicted = &self.predicted;
+        let own = &predicted.contact.features;
+        let rho = own.radius;
+        let upright = predicted.b.rotation.tr_mul(&predicted.contact.normal());
+        let n = b.rotation * upright;
+        let n_change = b.turn.cross(&n) + b.rotation * features.normal;
+        // A point beyond the centre by −ρ n.
+        let beyond =
+            |[place, change]: [Vector3<f64>; 2],
+             n: &Vector3<f64>,
+             turned: &Vector3<f64>,
+             wider: f64| { [place - n * rho, change - turned * rho - n * wider] };
+        match &own.curved {
+            None => {
+                let centre = a.place(&own.point, &features.point);
+                let place = beyond(centre, &n, &n_change, features.radius);
+                Touching { place, slid: (0.0, 0.0) }
+            }
+            Some(Curved::Ellipsoid(one)) => {
+                let [place, change] = a.place_stretched(&one.shape.centre);
+                let nearest = nearest(one, &a.rotation, &n);
+                let local = a.rotation.tr_mul(&nearest);
+                let stretched = a.rotation * a.stretch.component_mul(&local);
+                let moved = nearest_change(one, &a.rotation, &a.turn, (&n, &n_change));
+                let point = [place + nearest, change + moved + stretched];
+                Touching { place: beyond(point, &n, &n_change, wider), slid: (0.0, 0.0) }
+            }
+            Some(Curved::Cores(pair)) => {
+                let shares = if k == 0 { pair.shares } else { predicted.end(pair).0 };
+                let (place, n, turned, slid) = nearest_cores(pair, shares, a, b);
+                Touching { place: beyond(place, &n, &turned, wider), slid }
+            }
+        }
+    }
+}
+
+/// Changes of the velocities 2V − w and of the spins (body) of both sides.
+fn predicted_change(sides: [&SideChangeInput; 2]) -> [[Vector3<f64>; 2]; 2] {
+    [
+        sides.map(|given| 2.0 * given.instant_velocity - given.velocity),
+        sides.map(|given| 2.0 * given.instant_spin - given.spin),
+    ]
+}
+
+/// Vector from the centre of an ellipsoid with this rotation to its nearest point along −n (m).
+fn nearest(one: &EllipsoidPoint, rotation: &Matrix3<f64>, n: &Vector3<f64>) -> Vector3<f64> {
+    -(rotation * (one.shape.axes * one.shape.direction(&rotation.tr_mul(n))))
+}
+
+/// Nearest point of A's core with its change, the direction from B's and its change, and those of the parameters.
+fn nearest_cores(
+    pair: &CorePair,
+    shares: (f64, f64),
+    a: &MovedSide,
+    b: &MovedSide,
+) -> ([Vector3<f64>; 2], Vector3<f64>, Vector3<f64>, (f64, f64)) {
+    let of = |side: &MovedSide, along: &Vector3<f64>| {
+        let way = side.rotation * along;
+        let stretched = side.rotation * side.stretch.component_mul(along);
+        [way, side.turn.cross(&way) + stretched]
+    };
+    let [[u, u_change], [v, v_change]] = [of(a, &pair.of_a.along), of(b, &pair.of_b.along)];
+    let [x, x_change] = a.place_stretched(&pair.of_a.at(shares.0));
+    let [y, y_change] = b.place_stretched(&pair.of_b.at(shares.1));
+    let (apart, moved) = (x - y, x_change - y_change);
+    let slid = slid(pair, shares, &[u, v], [u_change, v_change], (&apart, &moved));
+    let n = apart.normalize();
+    let turned = across(&n, &(moved + u * slid.0 - v * slid.1)) / apart.norm();
+    ([x, x_change + u * slid.0], n, turned, slid)
 }
