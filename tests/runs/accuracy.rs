@@ -291,7 +291,6 @@ fn gradients_are_those_of_the_motion() {
             };
             let expected = (at(size) - at(-size)) / (2.0 * size);
             let found: f64 = found.iter().zip(&direction).map(|(by, along)| by * along).sum();
-            // The offset of a slip that turns (eq. 38) counts as constant.
             assert!(
                 (found - expected).abs() <= 3e-4 * (1.0 + expected.abs()),
                 "{name} {direction:?}: {found} {expected}"

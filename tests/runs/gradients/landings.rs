@@ -61,6 +61,12 @@ fn scene(draw: &mut Draw) -> String {
     let h = [0.001, 0.002, 0.004][draw.within(0.0, 2.999) as usize];
     let friction = draw.within(0.1, 0.8);
     let mut text = format!("time_step = {h}\n[ground]\nfriction = {friction:.9}\n");
+    match draw.within(0.0, 4.0) as u32 {
+        0 => writeln!(text, "restitution = {:.9}", draw.within(0.2, 0.9)),
+        1 => writeln!(text, "static_friction = {:.9}", friction + 0.2),
+        _ => Ok(()),
+    }
+    .unwrap();
     let place = Vector3::new(0.0, 0.0, draw.within(0.22, 0.32));
     let (kind, turn) = (draw.within(0.0, 1.0), draw.attitude());
     text += &body("a", &place, &turn, draw);
@@ -201,4 +207,51 @@ fn many_drawn_runs() {
     (1000..1500).for_each(|seed| counts.add(seed));
     println!("{counts}");
     assert!(counts.wrong.len() <= 5, "{counts}");
+}
+
+/// Gradient of the last place of a ball along x by its start, and the number of impacts without a time.
+fn by_start(h: f64, has_impact_times: bool) -> (StateChange, u64) {
+    let text = format!(
+        "time_step = {h}\n[ground]\nfriction = 1\n[[bodies]]\nname = \"ball\"\nsphere = 0.1\nmass = 1.0\n\
+         position = [0, 0, {}]\nvelocity = [{SPEED}, 0, 0]\n",
+        0.1 + DROP
+    );
+    let none = |_: &Path, _: u64| Ok(Vec::new());
+    let scene = Scene::from_text(&text, Path::new("s.toml"), Settings::default(), &none).unwrap();
+    let steps = (0.4 / h).round() as u64;
+    let along = StateChange { position: Vector3::x(), ..StateChange::zero() };
+    let mut by_states = |k: u64, _: &[State]| (k == steps).then(|| vec![along]);
+    let mut run = Run {
+        steps,
+        before: &mut |_: &mut Simulation<'_>| Ok(()),
+        by_states: &mut by_states,
+        constants: &[],
+        inputs: &[],
+        checkpoints: Checkpoints::default(),
+        smoothing: None,
+        has_impact_times,
+    };
+    let found = started(&scene, &[StateChange::zero()], 0.0).gradient(&mut run).unwrap();
+    (found.states[0], found.untimed)
+}
+
+/// Height above the ground (m), and speed of a ball that lands and rolls (m/s): slow enough to roll after one step.
+const DROP: f64 = 0.25;
+const SPEED: f64 = 0.5;
+
+/// A ball lands after t = √(2 z/g) and rolls with ⁵⁄₇ of its speed, so that dx/dz = ²⁄₇ v/(g t). The step knows
+/// nothing of the time.
+#[test]
+fn a_landing_moves_with_the_height_of_its_start() {
+    let time = (2.0 * DROP / 9.81).sqrt();
+    let expected = 2.0 / 7.0 * SPEED / (9.81 * time);
+    for h in [0.004, 0.002, 0.001] {
+        let (moved, untimed) = by_start(h, true);
+        assert_eq!(untimed, 0);
+        assert!((moved.position[2] / expected - 1.0).abs() < 1e-6, "{h}: {moved:?} {expected}");
+        let (still, untimed) = by_start(h, false);
+        // The impact ends in the step after the one that closes the gap.
+        assert!((1..=2).contains(&untimed), "{untimed}");
+        assert!(still.position[2].abs() < 1e-9, "{h}: {still:?}");
+    }
 }

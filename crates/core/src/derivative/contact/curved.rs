@@ -189,17 +189,12 @@ impl ContactTangent {
         let core = self.contact.arm + n * radius - arm;
         // Change of the nearest point by the rotation of the plane relative to A.
         let (rolled, rolled_turn) = self.rolled(point, of_a, of_b, time_step);
-        let local = rolled.tr_mul(&n);
-        let square = one.axes * one.axes.transpose();
-        let width = one.half_width(&local);
-        let change = square * rolled.tr_mul(&(turned - rolled_turn.cross(&n)));
-        let across_local = square * local * (local.dot(&change) / (width * width));
+        let way = rolled_over(point, &rolled, &rolled_turn, (&n, &turned));
         let stretched = |vector: &Vector3<f64>| {
             a.rotation * of_a.stretch.component_mul(&a.rotation.tr_mul(vector))
         };
         let core_stretched = rolled * of_a.stretch.component_mul(&rolled.tr_mul(&core));
-        let core_change =
-            rolled_turn.cross(&core) + core_stretched - rolled * ((change - across_local) / width);
+        let core_change = rolled_turn.cross(&core) + core_stretched + way;
         let (beyond, beyond_change) = (core - n * radius, core_change - turned * radius);
         let arm_change = of_a.turn.cross(&arm) + stretched(&arm);
         // Touched point of B.
@@ -271,9 +266,14 @@ pub(super) fn slid(
     }
 }
 
-/// Change of the vector from the centre of an ellipsoid to its nearest point to a plane (G5a): y = −A S Sᵀ n_A/w with
-/// w = |Sᵀ n_A| and n_A = Aᵀ n, for a rotation A that changes by `turn` (world) and a normal n that changes by `normal`.
-pub(super) fn nearest_change(
+/// Way of the nearest point of an ellipsoid to a plane over its surface (G5a): with w = |Sᵀ n_A| and n_A = Aᵀ n,
+///
+/// ```text
+/// A δŷ,   ŷ = −S Sᵀ n_A/w
+/// ```
+///
+/// for a rotation A that changes by `turn` (world) and a normal n that changes by `normal`.
+pub(super) fn rolled_over(
     one: &EllipsoidPoint,
     rotation: &Matrix3<f64>,
     turn: &Vector3<f64>,
@@ -283,9 +283,8 @@ pub(super) fn nearest_change(
     let square = one.shape.axes * one.shape.axes.transpose();
     let width = one.shape.half_width(&local);
     let change = square * rotation.tr_mul(&(normal - turn.cross(n)));
-    let across = square * local * (local.dot(&change) / (width * width));
-    let nearest = -(rotation * (square * local)) / width;
-    turn.cross(&nearest) - rotation * ((change - across) / width)
+    let across_local = square * local * (local.dot(&change) / (width * width));
+    -(rotation * ((change - across_local) / width))
 }
 
 /// Distance of the contact from the end of its features (m): of the nearest points of two cores

@@ -13,7 +13,7 @@
 //! with the ways m = z⁺ − z and ζ⁺ − ζ of the touching point in A and in B. Equation numbers are those
 //! of `docs/gradients.md`.
 
-use super::curved::{nearest_change, slid};
+use super::curved::{rolled_over, slid};
 use super::{ContactTangent, across};
 use crate::contact::{Contact, CorePair, Curved, EllipsoidPoint};
 use crate::derivative::placement::FeatureChange;
@@ -212,10 +212,8 @@ impl OffsetTangent {
         let touching = [0, 1].map(|k| self.touching(k, [&of_a[k], &of_b[k]], &features, radius));
         let contact = &predicted.contact;
         let centre = contact.centre();
-        let foot = contact.foot(
-            &crate::mechanics::Pose { position: b.origin, rotation: b.rotation },
-            &touching[0].place[0],
-        );
+        let foot =
+            contact.foot(&Pose { position: b.origin, rotation: b.rotation }, &touching[0].place[0]);
         let (centre_change, foot_change) = match &contact.features.curved {
             None => (features.point, None),
             Some(Curved::Ellipsoid(_)) => (sides[0].stretch.component_mul(&centre), None),
@@ -284,7 +282,8 @@ impl OffsetTangent {
                 let nearest = nearest(one, &a.rotation, &n);
                 let local = a.rotation.tr_mul(&nearest);
                 let stretched = a.rotation * a.stretch.component_mul(&local);
-                let moved = nearest_change(one, &a.rotation, &a.turn, (&n, &n_change));
+                let moved = a.turn.cross(&nearest)
+                    + rolled_over(one, &a.rotation, &a.turn, (&n, &n_change));
                 let point = [place + nearest, change + moved + stretched];
                 Touching { place: beyond(point, &n, &n_change, wider), slid: (0.0, 0.0) }
             }

@@ -5,7 +5,7 @@
 //! of each, and the segments are recorded and traversed from the last to the first. Segments at rest
 //! are not run again, because all their steps are equal.
 
-use super::impact_time::ImpactTimes;
+use super::impact_time::{DualStates, ImpactTimes};
 use super::{Run, RunGradient};
 use crate::derivative::StateChange;
 use crate::error::Error;
@@ -132,7 +132,7 @@ impl Backward {
             late: vec![Wrench::zero(); bodies],
             later_inputs: Vec::new(),
             at_instant,
-            times: ImpactTimes::new(run.has_impact_times, is_divided),
+            times: ImpactTimes::new(run.has_impact_times || is_divided),
             end: None,
         })
     }
@@ -146,6 +146,7 @@ impl Backward {
         start: &Saved,
     ) -> Result<RunGradient, Error> {
         self.flush_constants(run)?;
+        self.times.end(DualStates { states: &mut self.dual, instants: &mut self.by_instants });
         self.add(run, 0, start.states())?;
         self.take_instants(|_| None);
         if let Some(end) = &self.end {
@@ -367,6 +368,8 @@ impl Backward {
     fn back(&mut self, world: &World, run: &mut Run<'_>, step: &Taken) -> Result<(), Error> {
         let records = std::mem::take(&mut self.records);
         let taken = &records[step.place.record].record.intervals()[step.place.interval];
+        let ends = DualStates { states: &mut self.dual, instants: &mut self.by_instants };
+        self.found.untimed += u64::from(self.times.begin(world, taken, ends));
         let is_extrapolated = |body: usize| taken.extrapolated.get(body) == Some(&true);
         let share = |body| is_extrapolated(body).then(|| 0.5 / world.kick(body));
         let added =
@@ -395,15 +398,11 @@ impl Backward {
             derivative.vjp(dual, &self.asked, gradient)?;
             self.add_inputs(world, run, step.is_last);
         }
-        let Self { dual, extrapolated, records, step: gradient, .. } = self;
-        let after = self.times.are_asked().then(|| dual.clone());
-        dual.clone_from(&gradient.states);
-        self.by_instants.clone_from(&gradient.instants);
-        if let Some(after) = after {
-            let taken = &records[step.place.record].record.intervals()[step.place.interval];
-            let all_have_times = self.times.add(world, taken, &after, dual);
-            self.found.untimed += u64::from(!all_have_times);
-        }
+        let Self { dual, extrapolated, by_instants, records, step: gradient, .. } = self;
+        let after = std::mem::replace(dual, gradient.states.clone());
+        by_instants.clone_from(&gradient.instants);
+        let taken = &records[step.place.record].record.intervals()[step.place.interval];
+        self.times.add(world, taken, &after, DualStates { states: dual, instants: by_instants });
         for (dual, more) in dual.iter_mut().zip(extrapolated.iter_mut()) {
             *dual = dual.plus(1.0, more);
             *more = StateChange::zero();

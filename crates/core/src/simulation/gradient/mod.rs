@@ -60,7 +60,7 @@ pub struct Run<'f> {
     /// The result is then a search direction and not a derivative, where the exact one does not
     /// exist.
     pub smoothing: Option<Smoothing>,
-    /// True if bounces are differentiated with their times (G21): the derivative of the motion,
+    /// True if impacts are differentiated with their times (G21): the derivative of the motion,
     /// not of the steps. [Located](crate::world::Impacts::Located) impacts always are.
     pub has_impact_times: bool,
 }
@@ -90,7 +90,9 @@ pub struct RunGradient {
     pub unknown: u64,
     /// Number of steps in which shares of forces were [kept](StepDerivative::keeps_shares).
     pub kept: u64,
-    /// Number of steps in which a body bounces at several points, which have no times of their own.
+    /// Number of intervals with an impact whose time is left out: all impacts without
+    /// [`Run::has_impact_times`], and those in which several points of connected bodies meet with it. These count
+    /// as meeting at their mean time.
     pub untimed: u64,
     /// Number of steps with a [reduced](super::StepRecord::restitution_share) restitution, which is
     /// treated as a constant.
