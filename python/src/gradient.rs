@@ -18,9 +18,9 @@ use tumble_scene::scene::Scene as Content;
 /// - derivatives with respect to states, wrenches and each constant;
 /// - margin and feature margin, m/s;
 /// - numbers of steps: not converged, with unknown features, with kept force distributions, with
-///   partial restitution;
+///   partial restitution, with impacts whose times are left out;
 /// - steps of both margins, for a run.
-type GradientArrays<'py> = (Array<'py>, Vec<Array<'py>>, [f64; 2], [u64; 4], [u64; 2]);
+type GradientArrays<'py> = (Array<'py>, Vec<Array<'py>>, [f64; 2], [u64; 5], [u64; 2]);
 
 /// Creates a simulation of the scene from `states` at step `start_index`.
 fn begin(content: &Content, states: Vec<State>, start_index: u64) -> PyResult<Simulation<'static>> {
@@ -145,6 +145,7 @@ pub fn jacobian<'py>(
         derivative.unknown() as u64,
         u64::from(derivative.keeps_shares()),
         u64::from(record.restitution_share() < 1.0),
+        0,
     ];
     let margins = [derivative.margin(), derivative.feature_margin()];
     Ok((states_array(py, record.next_states())?, arrays, margins, counts, [0, 0]))
@@ -220,7 +221,7 @@ pub fn vjp<'py>(
         arrays.push(shaped(py, numbers, &constant.shape(world))?);
     }
     let margins = [found.margin.0, found.feature_margin.0];
-    let counts = [found.unsolved, found.unknown, found.kept, found.limited];
+    let counts = [found.unsolved, found.unknown, found.kept, found.limited, found.untimed];
     let at = [found.margin.1, found.feature_margin.1];
     Ok((states_array(py, &ends)?, arrays, margins, counts, at))
 }

@@ -134,7 +134,7 @@ pub fn rollout(
 /// each rollout: both margins (m/s), the steps of both, and four numbers of steps. These count
 /// steps that did not converge, have unknown features, kept force distributions, or partial
 /// restitution.
-type Derivatives<'py> = (Vec<Array<'py>>, Vec<([f64; 2], [u64; 2], [u64; 4])>);
+type Derivatives<'py> = (Vec<Array<'py>>, Vec<([f64; 2], [u64; 2], [u64; 5])>);
 
 /// Derivatives of the losses of a batch's rollouts. `cotangents` are the derivatives of the losses
 /// with respect to the states after each step, (B or 1, T, N, 12), or to the end states.
@@ -171,9 +171,9 @@ pub fn rollout_gradients<'py>(
         arrays.push(shaped(py, numbers, &shape)?);
     }
     let noted = found.noted.iter().map(|noted| {
-        let Noted { margin, feature_margin, unsolved, unknown, kept, limited } = *noted;
+        let Noted { margin, feature_margin, unsolved, unknown, kept, limited, untimed } = *noted;
         let (margins, at) = ([margin.0, feature_margin.0], [margin.1, feature_margin.1]);
-        (margins, at, [unsolved, unknown, kept, limited])
+        (margins, at, [unsolved, unknown, kept, limited, untimed])
     });
     Ok((arrays, noted.collect()))
 }

@@ -70,6 +70,8 @@ pub struct Noted {
     pub kept: u64,
     /// Number of steps that applied only part of their restitution.
     pub limited: u64,
+    /// Number of intervals with an impact whose time is [left out](RunGradient::untimed).
+    pub untimed: u64,
 }
 
 /// Derivatives of the losses of the rollouts of `batch`: with respect to initial states, wrenches
@@ -101,8 +103,10 @@ pub fn gradients(
         all.motors.extend(found.inputs.iter().flat_map(|of| targets(batch, of)));
         all.joint_forces.extend(found.inputs.iter().flat_map(|of| forces(batch, of)));
         all.constants.iter_mut().zip(&found.constants).for_each(|(all, own)| all.extend(own));
-        let RunGradient { margin, feature_margin, unsolved, unknown, kept, limited, .. } = found;
-        all.noted.push(Noted { margin, feature_margin, unsolved, unknown, kept, limited });
+        let RunGradient {
+            margin, feature_margin, unsolved, unknown, kept, limited, untimed, ..
+        } = found;
+        all.noted.push(Noted { margin, feature_margin, unsolved, unknown, kept, limited, untimed });
     }
     Ok(all)
 }

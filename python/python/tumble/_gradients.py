@@ -49,6 +49,11 @@ class Derivatives:
     """Number of steps in which the distribution of hyperstatic forces follows the history."""
     limited: int
     """Number of steps that applied only part of their restitution, which is treated as constant."""
+    untimed: int
+    """Number of impacts whose time is left out: all of a run without ``impact_times``.
+
+    With them, those in which several points of connected bodies meet in a step. These count as meeting at their mean time.
+    """
 
     def __getitem__(self, name: str) -> Floats:
         if name not in self.by:
@@ -79,6 +84,7 @@ class RolloutDerivatives:
     unknown: Integers
     kept: Integers
     limited: Integers
+    untimed: Integers
 
     def __getitem__(self, name: str) -> Floats:
         if name not in self.by:

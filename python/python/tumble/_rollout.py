@@ -276,7 +276,7 @@ class Batch(NamedTuple):
         given = {"motors": self.motors, "joint_forces": self.joint_forces}
         driven = [name for name, array in given.items() if array is not None]
         margins, at, counts = (np.array(of) for of in zip(*noted))
-        unsolved, unknown, kept, limited = counts.T
+        unsolved, unknown, kept, limited, untimed = counts.T
         return RolloutDerivatives(
             dict(zip(("states", "controls", *driven, *names), found)),
             margins[:, 0],
@@ -286,6 +286,7 @@ class Batch(NamedTuple):
             unknown,
             kept,
             limited,
+            untimed,
         )
 
 
