@@ -74,7 +74,8 @@ impl Gyroscopic {
                         + along * (k * f.slope)
                         + spin * spin.transpose() * (k * k * f.bend * g)
                 };
-                let (energy, along) = (spin.dot(&momentum), z.dot(spin));
+                let energy = spin.dot(&momentum);
+                let along = z.dot(spin);
                 let half = z * momentum.transpose();
                 let bend = 2.0 * (self.inertia * along + half + half.transpose());
                 let slope = 2.0 * along * momentum + energy * z;

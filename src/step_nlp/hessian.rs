@@ -73,7 +73,8 @@ impl StepNlp {
     fn emit_spin_block(&self, next: &State, multipliers: &[f64], sink: &mut impl EntrySink) {
         let y = Vector4::from_column_slice(&multipliers[ATTITUDE_ROWS]);
         let b = &self.step.attitude_rate;
-        let (map, advanced) = (self.world.step_map(), self.advanced_attitude(&next.spin));
+        let map = self.world.step_map();
+        let advanced = self.advanced_attitude(&next.spin);
         let stretched = b * map.stretch(&next.spin).slope(&next.spin);
         let mut block: Matrix3<f64> = stretched.transpose() * advanced.hessian(y) * stretched;
         block += map.stretch_curvature(&next.spin, &b.tr_mul(&(advanced.jacobian() * y)));

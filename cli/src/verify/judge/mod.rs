@@ -44,6 +44,8 @@ const NEGLIGIBLE: f64 = 1e-11;
 
 /// Rounding error of a sum of some products, relative to the largest of them.
 const ROUNDED: f64 = 16.0 * f64::EPSILON;
+/// Depth at which no body has passed through another one, relative to the reach of the smaller one.
+const SHALLOW: f64 = 0.01;
 
 /// Result of verifying an interval.
 pub struct Verified {
@@ -303,10 +305,8 @@ impl StepJudge {
                 differ(format!("its contact {} has a different slip", row.index));
             }
         }
-        let overlap = self.candidates.deepest_overlap(&self.world, next);
-        let overlap = overlap.map_or(0.0, |(depth, ..)| depth);
         if complete {
-            let missing = self.missing_contact(judged, slip_lost, overlap);
+            let missing = self.missing_contact(judged, slip_lost);
             missing.into_iter().for_each(&mut differ);
             let misplaced = self.placement_error(judged);
             if !is_near(misplaced, row.placement, OVERLAP_FOUND_TO * self.world.reach()) {
@@ -316,6 +316,8 @@ impl StepJudge {
                 ));
             }
         }
+        let overlap = self.candidates.deepest_overlap(&self.world, next);
+        let overlap = overlap.map_or(0.0, |(depth, ..)| depth);
         // The search also saw intervals that were not taken. Depths below the gap that contacts keep depend
         // on it.
         let kept = self.world.touching_gap();
@@ -340,14 +342,8 @@ impl StepJudge {
 
     /// Contact without a row that ends a solved step deeper than its residual and the rotation of its
     /// bodies allow. The search is that of the simulation, which may have found another plane. Two planes
-    /// of one pair differ by the square of the rotation. No contact is missing if no pieces end with such an
-    /// `overlap` (m).
-    fn missing_contact(
-        &mut self,
-        judged: &JudgedStep<'_>,
-        lost: f64,
-        overlap: f64,
-    ) -> Option<String> {
+    /// of one pair differ by the square of the rotation. A shallow contact is not missing if no pieces overlap.
+    fn missing_contact(&mut self, judged: &JudgedStep<'_>, lost: f64) -> Option<String> {
         let JudgedStep { step: IntervalRows { row, states, .. }, next, contacts, .. } = judged;
         let depth = self.accepted.max(lost) * self.world.time_step();
         self.candidates.clear();
@@ -361,10 +357,17 @@ impl StepJudge {
         let allowed =
             |contact: &Contact| depth + kept + contact.key.bodies().map(turned).sum::<f64>();
         let mut missing = self.candidates.contacts()[contacts.len()..].iter();
-        let missing =
-            missing.find(|contact| contact.gap_in(next).max(-overlap) < -allowed(contact))?;
+        let missing = *missing.find(|contact| contact.gap_in(next) < -allowed(contact))?;
         let body = missing.key.body;
         let depth = -missing.gap_in(next);
+        let least = allowed(&missing);
+        let reaches = missing.key.bodies().map(|body| self.world.bodies()[body].reach());
+        if depth < SHALLOW * reaches.fold(f64::INFINITY, f64::min) {
+            let overlap = self.candidates.deepest_overlap(&self.world, next);
+            if overlap.is_none_or(|(overlap, ..)| overlap <= least) {
+                return None;
+            }
+        }
         let may_miss = [StepStatus::Wild, StepStatus::Failed];
         (!may_miss.contains(&row.status))
             .then(|| format!("a contact of body {body} that ends {depth:.3e} m deep has no row"))

@@ -19,10 +19,11 @@
 //! 2V − w, the vectors z from the centre of A's feature to x, and ζ from the point of B that x touches at the start,
 //!
 //! ```text
-//! o = ½ (E − n nᵀ) (Ω_A × (z⁺ − z) − Ω_B × (ζ⁺ − ζ))                      (eq. 38a)
+//! o = ½ (E − n nᵀ) (Ω_A × m_A − Ω_B × m_B),   m_A = z⁺ − z,   m_B = ζ⁺ − ζ    (eq. 38a)
 //! ```
 //!
-//! where ⁺ is the end of a step with 2V − w.
+//! where ⁺ is the end of a step with 2V − w. The slip of a point against a plane is seen from B, and there
+//! m_B = m_A − A_B A_B⁺ᵀ ζ⁺.
 
 use super::Contact;
 use crate::kinematics::StepMap;
@@ -287,13 +288,18 @@ impl InstantMotions {
                 rotation(&attitude) * spin
             };
             let touched = [0, 1].map(|k| contact.touching_point(&a[k], b.as_ref().map(|b| &b[k])));
-            let moved = |poses: &[Pose; 2], local: &Vector3<f64>| {
+            let way = |poses: &[Pose; 2], local: &Vector3<f64>| {
                 let [from, to] = [0, 1].map(|k| touched[k] - poses[k].place(local));
                 to - from
             };
-            let mut rolling = spin(own).cross(&moved(&a, &contact.centre()));
+            let way_a = way(&a, &contact.centre());
+            let mut rolling = spin(own).cross(&way_a);
             if let Some((body, poses)) = other.zip(b.as_ref()) {
-                rolling -= spin(body).cross(&moved(poses, &contact.foot(&poses[0], &touched[0])));
+                let mut way_b = way(poses, &contact.foot(&poses[0], &touched[0]));
+                if contact.features.curved.is_none() {
+                    way_b = way_a - poses[0].rotation * poses[1].rotation.tr_mul(&way_b);
+                }
+                rolling -= spin(body).cross(&way_b);
             }
             (rolling - normal * normal.dot(&rolling)) * 0.5
         } else {

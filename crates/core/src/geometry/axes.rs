@@ -16,6 +16,8 @@ use nalgebra::Vector3;
 
 /// Relative difference below which two areas are equal.
 const EQUAL: f64 = 1e-7;
+/// Rounding of gaps, in widths of a tie.
+const ROUNDED: f64 = 1e-5;
 
 /// Returns the best axis, or the first one found with a gap above `enough`.
 ///
@@ -51,7 +53,7 @@ pub(super) fn best_axis(
         best_edges(pair, scratch, best)
     };
     // Rounding must not decide between a face and edges that span the same plane.
-    let best = if edges.gap > best.gap + tie.within { edges } else { best };
+    let best = if edges.gap > best.gap + ROUNDED * tie.within { edges } else { best };
     Some(SeparatingAxis { exact: best.gap <= 0.0, ..best })
 }
 

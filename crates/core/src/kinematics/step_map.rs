@@ -85,7 +85,8 @@ impl StepMap {
         if self.form == Rotation::Tutorial {
             return Matrix3::zeros();
         }
-        let (k, gamma) = (0.5 * self.time_step * self.time_step, self.functions(spin).gamma);
+        let k = 0.5 * self.time_step * self.time_step;
+        let gamma = self.functions(spin).gamma;
         let mixed = spin * along.transpose();
         let size = along.dot(spin);
         (mixed + mixed.transpose() + Matrix3::from_diagonal_element(size)) * (k * gamma.slope)

@@ -10,8 +10,8 @@
 //!            − ½ (δn nᵀ + n δnᵀ) (Ω_A × m_A − Ω_B × m_B)                              (G22a)
 //! ```
 //!
-//! with the ways m = z⁺ − z and ζ⁺ − ζ of the touching point in A and in B. Equation numbers are those
-//! of `docs/gradients.md`.
+//! with the ways m of the touching point in A and in B. Equation numbers are those of
+//! `docs/gradients.md`.
 
 use super::curved::{rolled_over, slid};
 use super::{ContactTangent, across};
@@ -20,7 +20,6 @@ use crate::derivative::placement::FeatureChange;
 use crate::derivative::side::{SideChangeInput, StepSide};
 use crate::derivative::{EndMap, PlacedFeatures};
 use crate::mechanics::{Pose, State};
-use crate::step::Step;
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
 
@@ -35,9 +34,15 @@ pub(crate) struct PredictedStep {
 }
 
 impl PredictedStep {
-    /// Predicts the step from its states, whose velocities are w. Without `instants` there is no offset.
-    pub(crate) fn set(&mut self, step: &Step<'_>, instants: &[State]) {
-        let Step { world, states, free, .. } = *step;
+    /// Predicts the step from `states`, whose velocities are w; `free` are those after free flight. Without `instants`
+    /// there is no offset.
+    pub(crate) fn set(
+        &mut self,
+        world: &World,
+        states: &[State],
+        free: &[State],
+        instants: &[State],
+    ) {
         self.free.clear();
         self.free.extend_from_slice(free);
         let map = world.step_map();
@@ -188,7 +193,8 @@ impl OffsetTangent {
     /// ½ (Ω_A × m_A − Ω_B × m_B) (m/s, world) of (38a), and its differential.
     fn rolling(&self, sides: [&SideChangeInput; 2], time_step: f64) -> [Vector3<f64>; 2] {
         let Self { predicted, turnings, .. } = self;
-        let (a, b, h) = (&predicted.a, &predicted.b, predicted.time_step);
+        let ContactTangent { a, b, time_step: h, .. } = predicted;
+        let h = *h;
         let [linear, spins] = predicted_change(sides);
         let ends = |k: usize, side: &StepSide| {
             let SideChangeInput { position, turn, stretch, .. } = *sides[k];
@@ -205,7 +211,8 @@ impl OffsetTangent {
             };
             [start, end]
         };
-        let (of_a, of_b) = (ends(0, a), ends(1, b));
+        let of_a = ends(0, a);
+        let of_b = ends(1, b);
         let given = (a.change(sides[0]), b.change(sides[1]));
         let features = predicted.placed.placement.change(&predicted.contact, &given.0, &given.1);
         let radius = sides[0].radius;
@@ -239,7 +246,16 @@ impl OffsetTangent {
             });
             [at[1][0] - at[0][0], at[1][1] - at[0][1]]
         };
-        let ways = [way(&of_a, &centre, &centre_change), way(&of_b, &foot, &foot_change)];
+        let mut ways = [way(&of_a, &centre, &centre_change), way(&of_b, &foot, &foot_change)];
+        if contact.features.curved.is_none() {
+            // Seen from B: m_A − T ζ⁺ with T = A_B A_B⁺ᵀ.
+            let [[way_a, way_a_change], [far, far_change]] = ways;
+            let back = b.rotation * b.turned.transpose();
+            let seen = back * far;
+            let seen_change =
+                of_b[0].turn.cross(&seen) + back * (far_change - of_b[1].turn.cross(&far));
+            ways[1] = [way_a - seen, way_a_change - seen_change];
+        }
         let mut sums = [Vector3::zeros(); 2];
         for (k, (side, sign)) in [(a, 0.5), (b, -0.5)].into_iter().enumerate() {
             let spin = side.spin_world;
@@ -324,7 +340,8 @@ fn nearest_cores(
     let [[u, u_change], [v, v_change]] = [of(a, &pair.of_a.along), of(b, &pair.of_b.along)];
     let [x, x_change] = a.place_stretched(&pair.of_a.at(shares.0));
     let [y, y_change] = b.place_stretched(&pair.of_b.at(shares.1));
-    let (apart, moved) = (x - y, x_change - y_change);
+    let apart = x - y;
+    let moved = x_change - y_change;
     let slid = slid(pair, shares, &[u, v], [u_change, v_change], (&apart, &moved));
     let n = apart.normalize();
     let turned = across(&n, &(moved + u * slid.0 - v * slid.1)) / apart.norm();

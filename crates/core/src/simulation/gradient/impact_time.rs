@@ -108,7 +108,8 @@ impl ImpactTimes {
                 if world.is_held(body) {
                     return [0.0; 2];
                 }
-                let (next, instant) = (&solution.states[body], &instants[body]);
+                let next = &solution.states[body];
+                let instant = &instants[body];
                 let free = world.free_flight(body, state, &wrenches[body]);
                 let flow = |of: &State, [velocity, spin]: [Vector3<f64>; 2]| StateChange {
                     position: of.velocity,
@@ -219,7 +220,8 @@ fn connected(world: &World, taken: &Interval) -> Vec<usize> {
         if world.is_held(a) || world.is_held(b) || labels[a] == labels[b] {
             continue;
         }
-        let (first, other) = (labels[a].min(labels[b]), labels[a].max(labels[b]));
+        let first = labels[a].min(labels[b]);
+        let other = labels[a].max(labels[b]);
         labels.iter_mut().filter(|label| **label == other).for_each(|label| *label = first);
     }
     labels

@@ -232,7 +232,7 @@ impl StepDerivative {
             let allowed = "one per body, one per contact";
             return Err(Error::Count { field, count: sizes[1], allowed });
         }
-        self.predicted.set(step, &self.starts);
+        self.predicted.set(world, step.states, step.free, &self.starts);
         self.gravity = *world.gravity();
         self.ends.clear();
         self.ends.extend(solution.states.iter().enumerate().map(|(body, end)| {
