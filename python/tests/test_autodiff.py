@@ -48,8 +48,8 @@ def difference(given, name, direction):
         return loss(moved)
 
     # Small compared with the distance to the next contact change, and large compared with the
-    # rounding of solutions.
-    by = 1e-5 if name == "initial_states" else 1e-4
+    # rounding of solutions, 1e-9 of the loss.
+    by = 1e-5 if name == "initial_states" else 1e-3
     return (8 * (at(by) - at(-by)) - (at(2 * by) - at(-2 * by))) / (12 * by)
 
 

@@ -64,15 +64,15 @@ pub fn at_start(world: &World, states: &[State]) -> f64 {
     if world.before().is_empty() {
         return total(world, states);
     }
-    let bodies = world.bodies().iter().zip(states).zip(world.before()).enumerate();
-    let of_body = |(index, ((body, state), before)): (usize, ((&RigidBody, &State), &f64))| {
-        let chord = if world.has_chord(index) { *before } else { world.time_step() };
+    let bodies = world.bodies().iter().zip(states).zip(world.before());
+    let of_body = |((body, state), before): ((&RigidBody, &State), &f64)| {
         let shorter = before - world.time_step();
         let (falls, spins) = match world.rotation() {
             Rotation::Tutorial => (0.0, 0.0),
             Rotation::Momentum => (
                 0.5 * body.mass() * shorter * world.gravity().dot(&state.velocity),
-                turning_after(world, body, &state.spin, chord) - turning(world, body, &state.spin),
+                turning_after(world, body, &state.spin, *before)
+                    - turning(world, body, &state.spin),
             ),
         };
         kinetic(world, body, state) + falls + spins + potential(world, body, state)

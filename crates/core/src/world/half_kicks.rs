@@ -134,14 +134,6 @@ impl World {
         (has_kicks && !self.before.is_empty()).then(|| self.kick(body) - 1.0)
     }
 
-    /// True if the spin of `body` belongs to a chord of an interval, with the momentum P⁻ (34) of its length. A
-    /// start with located impacts has a spin of the instant; other starts have that of an interval of the present
-    /// length without the gyroscopic term, so that a body in steady rotation keeps its spin.
-    pub(crate) fn has_chord(&self, body: usize) -> bool {
-        let is_start = self.before.get(body) == Some(&0.0);
-        !is_start || self.impacts() == Impacts::Located
-    }
-
     /// Torque of [`World::missing_kick`] with this `inertia`, in which it is linear.
     fn missing_torque(
         &self,
@@ -153,11 +145,11 @@ impl World {
         let h = self.time_step();
         let form = self.rotation();
         match form {
-            Rotation::Momentum if self.has_chord(body) => {
+            Rotation::Momentum => {
                 let [past, own] = [before, h].map(|h| form.momentum(inertia, spin, h));
                 (past - own) / h
             }
-            _ => (inertia * spin).cross(spin) * (self.kick(body) - 1.0),
+            Rotation::Tutorial => (inertia * spin).cross(spin) * (self.kick(body) - 1.0),
         }
     }
 
@@ -220,11 +212,14 @@ impl World {
                 let along = by.force * (of.mass() * share);
                 sums.iter_mut().zip(&along).for_each(|(sum, along)| *sum += along);
             }
-            // Lengths before scale with the time step: h κ and the first term of P⁻ do so too.
-            Constant::TimeStep if self.rotation() == Rotation::Momentum && self.has_chord(body) => {
-                let ratio = self.before[body] / h;
-                let twice = state.spin.dot(&(of.inertia() * state.spin));
-                sums[0] -= 0.25 * (1.0 - ratio * ratio) * twice * by.torque.dot(&state.spin);
+            // Lengths before scale with the time step, and so does h κ.
+            Constant::TimeStep if self.rotation() == Rotation::Momentum => {
+                let before = self.before[body];
+                let rate = |length: f64| {
+                    length * self.rotation().momentum_rate(of.inertia(), &state.spin, length, -1.0)
+                };
+                let torque = self.missing_torque(body, of.inertia(), &state.spin);
+                sums[0] += by.torque.dot(&((rate(before) - rate(h)) / h - torque)) / h;
             }
             _ => {}
         }
@@ -238,12 +233,12 @@ impl World {
         let h = self.time_step();
         let form = self.rotation();
         match form {
-            Rotation::Momentum if self.has_chord(body) => {
+            Rotation::Momentum => {
                 let lengths = [self.before[body], h];
                 let [past, own] = lengths.map(|h| form.momentum_slope(of.inertia(), spin, h));
                 (past - own) / h
             }
-            _ => {
+            Rotation::Tutorial => {
                 let momentum = of.inertia() * spin;
                 (momentum.cross_matrix() - spin.cross_matrix() * of.inertia()) * share
             }
