@@ -12,7 +12,7 @@
 //! gyroscopic term act over κ h = ½ (h₁ + h) by a [wrench](World::missing_kick) in addition.
 
 use super::Constant;
-use super::{Impacts, Integrator, WINDOW, World};
+use super::{Integrator, WINDOW, World};
 use crate::joint::Joint;
 #[cfg(feature = "save")]
 use crate::joint::{Drive, Motor};
