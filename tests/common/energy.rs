@@ -103,7 +103,9 @@ impl PassiveSteps {
                 let carried = |(body, state): (&RigidBody, &State)| {
                     body.mass() * world.gravity().dot(&state.velocity).abs()
                 };
-                let power: f64 = world.bodies().iter().zip(before).map(carried).sum();
+                let power = [before, after]
+                    .map(|states| -> f64 { world.bodies().iter().zip(states).map(carried).sum() });
+                let power = power[0].max(power[1]);
                 let longer = first.iter().zip(&last).map(|(before, own)| (before - own).abs());
                 let unknown = 0.5 * power * longer.fold(0.0, f64::max);
                 total(world, after, &last) - total(world, before, &first) - unknown

@@ -35,8 +35,8 @@ use tumble_scene::output::tables::{IntervalRows, JointRow, StepRow};
 const RELATIVE_TOLERANCE: f64 = 1e-9;
 
 /// Tolerance of overlaps relative to the reach. The search for the axis of the smallest overlap
-/// stops below this improvement, so its result depends on its start.
-const OVERLAP_FOUND_TO: f64 = 1e-9;
+/// stops below this improvement (`geometry/manifold.rs`), so its result depends on its start.
+const OVERLAP_FOUND_TO: f64 = 1e-7;
 
 /// Difference of a residual from its column that changes no verdict, a hundredth of the limit of the
 /// native solver (m/s, times the speed scale). Points on cones are known to 10⁻¹² of their size.

@@ -34,7 +34,7 @@ impl ContactTangent {
         let moved = sides.0.carried(&x) - sides.1.carried(&y);
         let ways = [u, v];
         let (slid_a, slid_b) =
-            slid(curved, curved.shares, &ways, [&by_a * u, &by_b * v], (&offset_vector, &moved));
+            slid(curved, curved.shares, &ways, [by_a * u, by_b * v], (&offset_vector, &moved));
         let way_change = moved + u * slid_a - v * slid_b;
         let distance = offset_vector.norm();
         let turned = across(&n, &way_change) / distance;

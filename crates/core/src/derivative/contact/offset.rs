@@ -305,8 +305,9 @@ impl OffsetTangent {
             }
             Some(Curved::Cores(pair)) => {
                 let shares = if k == 0 { pair.shares } else { predicted.end(pair).0 };
-                let (place, n, turned, slid) = nearest_cores(pair, shares, a, b);
-                Touching { place: beyond(place, &n, &turned, wider), slid }
+                let NearestCores { point, direction: [n, turned], slid } =
+                    NearestCores::new(pair, shares, a, b);
+                Touching { place: beyond(point, &n, &turned, wider), slid }
             }
         }
     }
@@ -325,25 +326,30 @@ fn nearest(one: &EllipsoidPoint, rotation: &Matrix3<f64>, n: &Vector3<f64>) -> V
     -(rotation * (one.shape.axes * one.shape.direction(&rotation.tr_mul(n))))
 }
 
-/// Nearest point of A's core with its change, the direction from B's and its change, and those of the parameters.
-fn nearest_cores(
-    pair: &CorePair,
-    shares: (f64, f64),
-    a: &MovedSide,
-    b: &MovedSide,
-) -> ([Vector3<f64>; 2], Vector3<f64>, Vector3<f64>, (f64, f64)) {
-    let of = |side: &MovedSide, along: &Vector3<f64>| {
-        let way = side.rotation * along;
-        let stretched = side.rotation * side.stretch.component_mul(along);
-        [way, side.turn.cross(&way) + stretched]
-    };
-    let [[u, u_change], [v, v_change]] = [of(a, &pair.of_a.along), of(b, &pair.of_b.along)];
-    let [x, x_change] = a.place_stretched(&pair.of_a.at(shares.0));
-    let [y, y_change] = b.place_stretched(&pair.of_b.at(shares.1));
-    let apart = x - y;
-    let moved = x_change - y_change;
-    let slid = slid(pair, shares, &[u, v], [u_change, v_change], (&apart, &moved));
-    let n = apart.normalize();
-    let turned = across(&n, &(moved + u * slid.0 - v * slid.1)) / apart.norm();
-    ([x, x_change + u * slid.0], n, turned, slid)
+/// Nearest points of two cores.
+struct NearestCores {
+    /// Point of A (m, world) and the direction from B's to it, each with its change.
+    point: [Vector3<f64>; 2],
+    direction: [Vector3<f64>; 2],
+    /// Changes of the parameters.
+    slid: (f64, f64),
+}
+
+impl NearestCores {
+    fn new(pair: &CorePair, shares: (f64, f64), a: &MovedSide, b: &MovedSide) -> Self {
+        let of = |side: &MovedSide, along: &Vector3<f64>| {
+            let way = side.rotation * along;
+            let stretched = side.rotation * side.stretch.component_mul(along);
+            [way, side.turn.cross(&way) + stretched]
+        };
+        let [[u, u_change], [v, v_change]] = [of(a, &pair.of_a.along), of(b, &pair.of_b.along)];
+        let [x, x_change] = a.place_stretched(&pair.of_a.at(shares.0));
+        let [y, y_change] = b.place_stretched(&pair.of_b.at(shares.1));
+        let apart = x - y;
+        let moved = x_change - y_change;
+        let slid = slid(pair, shares, &[u, v], [u_change, v_change], (&apart, &moved));
+        let n = apart.normalize();
+        let turned = across(&n, &(moved + u * slid.0 - v * slid.1)) / apart.norm();
+        Self { point: [x, x_change + u * slid.0], direction: [n, turned], slid }
+    }
 }
