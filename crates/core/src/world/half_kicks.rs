@@ -11,12 +11,12 @@
 //! starts has h₁ = 0. Problems are posed with h alone. If h₁ is another length, gravity and the
 //! gyroscopic term act over κ h = ½ (h₁ + h) by a [wrench](World::missing_kick) in addition.
 
+#[cfg(feature = "save")]
 use super::Constant;
 use super::{Integrator, WINDOW, World};
 use crate::joint::Joint;
 #[cfg(feature = "save")]
 use crate::joint::{Drive, Motor};
-#[cfg(feature = "save")]
 use crate::kinematics::StepMap;
 use crate::mechanics::{Rotation, State, Wrench};
 use nalgebra::{Matrix3, Vector3};
