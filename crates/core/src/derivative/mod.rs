@@ -14,7 +14,9 @@ mod placement;
 mod side;
 mod untracked;
 
-pub(crate) use contact::{ContactTangent, PlacedFeatures, PredictedStep, RowChange, RowSlopes};
+pub(crate) use contact::{
+    ContactTangent, PlacedFeatures, PredictedStep, RateSlopes, RowChange, RowSlopes,
+};
 pub(crate) use joint::{JointTangent, RowsTangent};
 pub(crate) use side::SideChangeInput;
 pub(crate) use untracked::nearest_untracked;

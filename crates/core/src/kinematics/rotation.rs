@@ -73,11 +73,36 @@ impl Rotation {
         new: &Vector3<f64>,
         time_step: f64,
     ) -> Vector3<f64> {
+        let ended = self.end_excess(inertia, old, time_step);
+        self.gyroscopic_after(inertia, &ended, new, time_step)
+    }
+
+    /// P⁻(ω) − I ω (N m s), body frame; 0 for `Tutorial`.
+    #[inline(always)]
+    pub fn end_excess(
+        self,
+        inertia: &Matrix3<f64>,
+        spin: &Vector3<f64>,
+        time_step: f64,
+    ) -> Vector3<f64> {
+        match self {
+            Self::Tutorial => Vector3::zeros(),
+            Self::Momentum => turned(inertia, spin, -time_step),
+        }
+    }
+
+    /// [`Rotation::gyroscopic`] from the [excess](Rotation::end_excess) `ended` of the previous spin.
+    #[inline(always)]
+    pub fn gyroscopic_after(
+        self,
+        inertia: &Matrix3<f64>,
+        ended: &Vector3<f64>,
+        new: &Vector3<f64>,
+        time_step: f64,
+    ) -> Vector3<f64> {
         match self {
             Self::Tutorial => new.cross(&(inertia * new)),
-            Self::Momentum => {
-                (turned(inertia, new, time_step) - turned(inertia, old, -time_step)) / time_step
-            }
+            Self::Momentum => (turned(inertia, new, time_step) - ended) / time_step,
         }
     }
 

@@ -118,14 +118,12 @@ impl SpinEquation<'_> {
     /// error of size 2ε |I| |ω|².
     fn holds_at_start(&self, h: f64) -> bool {
         const SLOW: f64 = 0.5;
-        self.rotation == Rotation::Tutorial
-            && self.body.is_isotropic()
-            && *self.torque == Vector3::zeros()
-            && h * self.spin.amax() <= SLOW
+        self.body.is_isotropic() && *self.torque == Vector3::zeros() && h * self.spin.amax() <= SLOW
     }
 
-    fn residual(&self, h: f64, u: &Vector3<f64>) -> Vector3<f64> {
-        let gyroscopic = self.rotation.gyroscopic(self.body.inertia(), self.spin, u, h);
+    /// Residual with the excess `ended` of the previous spin.
+    fn residual(&self, h: f64, ended: &Vector3<f64>, u: &Vector3<f64>) -> Vector3<f64> {
+        let gyroscopic = self.rotation.gyroscopic_after(self.body.inertia(), ended, u, h);
         u - self.spin + h * (self.body.inertia_inverse() * (gyroscopic - self.torque))
     }
 
@@ -136,7 +134,8 @@ impl SpinEquation<'_> {
     fn solve(&self, h: f64, start: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
         let (inertia, inverse) = (self.body.inertia(), self.body.inertia_inverse());
         let mut u = start;
-        let mut r = self.residual(h, &u);
+        let ended = self.rotation.end_excess(inertia, self.spin, h);
+        let mut r = self.residual(h, &ended, &u);
         for _ in 0..MOST_SPIN_ITERATIONS {
             if r.amax() <= 4.0 * f64::EPSILON * u.amax() {
                 break;
@@ -155,7 +154,7 @@ impl SpinEquation<'_> {
             };
             let shorter = |halvings: i32| u - 0.5_f64.powi(halvings) * step;
             let better = (0..14)
-                .map(|halvings| (shorter(halvings), self.residual(h, &shorter(halvings))))
+                .map(|halvings| (shorter(halvings), self.residual(h, &ended, &shorter(halvings))))
                 .find(|(_, trial)| falls(trial));
             let Some((next, next_r)) = better else { break };
             (u, r) = (next, next_r);

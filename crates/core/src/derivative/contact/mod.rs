@@ -15,7 +15,7 @@ use super::side::{SideChangeInput, StepSide};
 use crate::contact::{Contact, Curved, Partner};
 use crate::mechanics::State;
 use crate::world::World;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Matrix3x6, Vector3};
 
 /// Differentials of the rows of a contact at fixed V⁺.
 #[derive(Debug, Clone, Copy)]
@@ -35,6 +35,14 @@ pub(crate) struct RowSlopes {
     pub(crate) motion: Matrix3<f64>,
     pub(crate) turn: Matrix3<f64>,
     pub(crate) arms: [Matrix3<f64>; 2],
+}
+
+/// Derivatives of the motion of a contact with respect to the velocities of one side.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RateSlopes {
+    /// By the velocities w, and by those of the instant.
+    pub(crate) by_velocity: Matrix3x6<f64>,
+    pub(crate) by_instant: Matrix3x6<f64>,
 }
 
 /// Placement of a contact's features as functions of the body poses, independent of the step.
@@ -250,6 +258,17 @@ impl ContactTangent {
         self.offset.is_some()
     }
 
+    /// True if the contact has the offset (38a).
+    fn rolls(&self) -> bool {
+        self.offset.as_ref().is_some_and(|offset| offset.rolls())
+    }
+
+    /// Derivatives of u with respect to the velocities w of A and B at k, and to those of the instant, if these
+    /// enter through the offset (38) alone: δv (world) and δω (body) as six columns.
+    pub(crate) fn rate_slopes(&self) -> Option<[RateSlopes; 2]> {
+        self.offset.as_ref()?.rate_slopes()
+    }
+
     /// True if the derivatives of its features with respect to the poses are known.
     pub(crate) fn is_known(&self) -> bool {
         let exact = || match &self.contact.features.curved {
@@ -308,7 +327,7 @@ impl ContactTangent {
     pub(crate) fn rigid_slopes(&self) -> Option<[RowSlopes; 3]> {
         let stays = matches!(self.placed.placement, Placement::Fixed | Placement::Unknown);
         let carried = self.a.surface != self.b.surface;
-        let is_plain = self.rebound.is_none() && self.offset.is_none();
+        let is_plain = self.rebound.is_none() && !self.rolls();
         if !stays || carried || !is_plain || self.contact.features.curved.is_some() {
             return None;
         }
@@ -325,8 +344,16 @@ impl ContactTangent {
         }
         let place = RowSlopes { motion: carry + press, turn: zero, arms: [zero, unit] };
         let turn = RowSlopes { motion: by_turn, turn: zero, arms: [-lever, -lever] };
+        let with_offset = |mut all: [RowSlopes; 3]| {
+            if let Some(added) = self.offset.as_ref().and_then(|offset| offset.pose_slopes()) {
+                let each = all.iter_mut().zip(added);
+                each.for_each(|(slopes, added)| slopes.motion += added);
+            }
+            Some(all)
+        };
         if self.contact.key.partner.body().is_none() {
-            return Some([place, turn, RowSlopes { motion: zero, turn: zero, arms: [zero, zero] }]);
+            let of_b = RowSlopes { motion: zero, turn: zero, arms: [zero, zero] };
+            return with_offset([place, turn, of_b]);
         }
         let mut motion = carry * end.cross_matrix() + press * relative.cross_matrix()
             - (travelled.cross_matrix() + upright * self.contact.gap) / h;
@@ -336,7 +363,7 @@ impl ContactTangent {
         }
         let beyond = upright * rho;
         let of_b = RowSlopes { motion, turn: -press * h, arms: [beyond, beyond] };
-        Some([place, turn, of_b])
+        with_offset([place, turn, of_b])
     }
 
     /// Differential of u (m/s) for changes of the final velocities (m/s, world), given the rotations of

@@ -14,14 +14,14 @@
 //! `docs/gradients.md`.
 
 use super::curved::{rolled_over, slid};
-use super::{ContactTangent, across};
+use super::{ContactTangent, RateSlopes, RowSlopes, across};
 use crate::contact::{Contact, CorePair, Curved, EllipsoidPoint};
 use crate::derivative::placement::FeatureChange;
 use crate::derivative::side::{SideChangeInput, StepSide};
 use crate::derivative::{EndMap, PlacedFeatures};
 use crate::mechanics::{Pose, State};
 use crate::world::World;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Matrix3x6, Vector3};
 
 /// States from which a step starts, with the velocities V of the instant, and those after a step with
 /// the velocities 2V − w.
@@ -179,6 +179,83 @@ impl OffsetTangent {
         let along_change = (slip_change - along * along.dot(&slip_change)) / speed;
         along_change * along.dot(&u) + along * (along_change.dot(&u) + along.dot(&u_change))
             - u_change
+    }
+
+    /// True if it is the offset (38a).
+    pub(super) fn rolls(&self) -> bool {
+        self.sliding.is_none()
+    }
+
+    /// Factors of the differentials of u_t and of the slip in (G22).
+    fn factors(&self, sliding: &Sliding) -> [Matrix3<f64>; 2] {
+        let unit = Matrix3::identity();
+        let n = self.predicted.contact.normal();
+        let u = across(&n, &self.predicted.motion);
+        let speed = sliding.slip.norm();
+        let along = sliding.slip / speed;
+        let beside = along * along.transpose() - unit;
+        let turned = unit * along.dot(&u) + along * u.transpose();
+        [beside, turned * beside * (-1.0 / speed)]
+    }
+
+    /// Derivatives of the offset (38) with respect to the position of A, the rotation of A and that of B (world), for
+    /// features fixed in their bodies.
+    pub(super) fn pose_slopes(&self) -> Option<[Matrix3<f64>; 3]> {
+        let sliding = self.sliding.as_ref()?;
+        let Sliding { spins, velocity, .. } = sliding;
+        let predicted = &self.predicted;
+        let slopes = predicted.rigid_slopes()?;
+        let [by_motion, by_slip] = self.factors(sliding);
+        let arms = predicted.arms();
+        let n = predicted.contact.normal();
+        let tangential = Matrix3::identity() - n * n.transpose();
+        let turning = |side: usize| arms[side].cross_matrix() * spins[side].cross_matrix();
+        let turned = [Matrix3::zeros(), turning(0), -turning(1)];
+        Some([0, 1, 2].map(|k| {
+            let RowSlopes { motion, turn, arms } = &slopes[k];
+            let [of_a, of_b] = [0, 1].map(|side| spins[side].cross_matrix() * arms[side]);
+            // δn = φ × n
+            let normal = -n.cross_matrix() * turn;
+            let tilted = |x: &Vector3<f64>| normal * n.dot(x) + n * normal.tr_mul(x).transpose();
+            by_motion * (tangential * motion - tilted(&predicted.motion))
+                + by_slip * (tangential * (turned[k] + of_a - of_b) - tilted(velocity))
+        }))
+    }
+
+    /// Derivatives of the offset (38) with respect to the velocities of A and of B.
+    pub(super) fn rate_slopes(&self) -> Option<[RateSlopes; 2]> {
+        let sliding = self.sliding.as_ref()?;
+        let predicted = &self.predicted;
+        let [by_motion, by_slip] = self.factors(sliding);
+        let n = predicted.contact.normal();
+        let tangential = Matrix3::identity() - n * n.transpose();
+        let arms = predicted.arms();
+        let sides = [(&predicted.a, 1.0), (&predicted.b, -1.0)];
+        Some([0, 1].map(|k| {
+            let (side, sign) = sides[k];
+            let mut by_predicted = Matrix3x6::zeros();
+            for column in 0..6 {
+                let unit = Vector3::ith(column % 3, 1.0);
+                let mut given = [[Vector3::zeros(); 2]; 3];
+                if column < 3 {
+                    given[0][k] = unit;
+                } else {
+                    given[1][k] = self.turnings[k] * unit;
+                    given[2][k] = side.rotation * unit;
+                }
+                let [linear, turns, spins] = given;
+                by_predicted.set_column(column, &predicted.end_change(linear, turns, spins));
+            }
+            let along = by_motion * tangential * by_predicted;
+            let mut slip = Matrix3x6::zeros();
+            slip.fixed_columns_mut::<3>(0).copy_from(&(Matrix3::identity() * sign));
+            let turning = arms[k].cross_matrix() * side.rotation * -sign;
+            slip.fixed_columns_mut::<3>(3).copy_from(&turning);
+            RateSlopes {
+                by_velocity: -along,
+                by_instant: along * 2.0 + by_slip * tangential * slip,
+            }
+        }))
     }
 
     /// Part of δu by the velocities 2V − w of the predicted step (m/s), up to its part along the normal.

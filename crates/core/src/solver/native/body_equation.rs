@@ -61,6 +61,8 @@ pub(super) struct BodyEquation {
     /// V of free flight; `old` is V at step k.
     pub(super) free: Velocity,
     old: Velocity,
+    /// Excess P⁻(ω) − I ω of the spin at step k, per mass (m²/s).
+    ended: Vector3<f64>,
     /// Î = I/m (m²).
     inertia: Matrix3<f64>,
     /// Î⁻¹ (1/m²).
@@ -92,6 +94,7 @@ impl BodyEquation {
             rotation: unit,
             free: nothing,
             old: nothing,
+            ended: zero,
             inertia: unit,
             inertia_inverse: unit,
             torque_impulse: zero,
@@ -116,6 +119,7 @@ impl BodyEquation {
             rotation: rotation(&state.attitude),
             free: Velocity { linear: free.velocity, spin: free.spin },
             old: Velocity { linear: state.velocity, spin: state.spin },
+            ended: form.end_excess(body.specific_inertia(), &state.spin, time_step),
             inertia: *body.specific_inertia(),
             inertia_inverse: *body.specific_inertia_inverse(),
             torque_impulse: step.wrenches[index].torque * (time_step / body.mass()),
@@ -143,8 +147,9 @@ impl BodyEquation {
     /// h Ĝ(ω, ω⁺) (m²/s). `None` if it vanishes.
     #[inline]
     pub(super) fn gyroscopic(&self, spin: &Vector3<f64>) -> Option<Vector3<f64>> {
-        let (h, old) = (self.time_step, &self.old.spin);
-        (!self.turns_alike).then(|| h * self.form.gyroscopic(&self.inertia, old, spin, h))
+        let h = self.time_step;
+        (!self.turns_alike)
+            .then(|| h * self.form.gyroscopic_after(&self.inertia, &self.ended, spin, h))
     }
 
     /// ∂(angular part)/∂ω⁺ = Î + h ∂Ĝ/∂ω⁺.

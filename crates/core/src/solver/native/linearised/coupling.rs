@@ -8,13 +8,14 @@ use super::friction_tensor::LinearTensor;
 use super::slopes::{LinearisedSlopes, RowsChange};
 use crate::contact::{Contact, Partner};
 use crate::derivative::{
-    ContactTangent, PlacedFeatures, PredictedStep, RowChange, RowSlopes, SideChangeInput,
+    ContactTangent, PlacedFeatures, PredictedStep, RateSlopes, RowChange, RowSlopes,
+    SideChangeInput,
 };
 use crate::mechanics::State;
 use crate::solver::native::law::MapPiece;
 use crate::step::Step;
 use crate::world::{Constant, LawSlopes, World};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Matrix3x6, Vector3};
 
 /// Linearised contact.
 #[derive(Debug, Clone)]
@@ -178,6 +179,21 @@ impl LinearCoupling {
             slopes.set(6, &by_place.negated());
             slopes.set(9, &of_b);
         }
+        let Some(rates) = self.tangent.rate_slopes() else { return };
+        let columns = |of: fn(&RateSlopes) -> &Matrix3x6<f64>| {
+            let mut columns = Box::new(RowsChange::<12>::zero());
+            for (side, rates) in rates.iter().enumerate() {
+                if self.slopes.bodies[side].is_some() {
+                    let motion = self.from.tr_mul(of(rates));
+                    columns.set(6 * side, &RowsChange { motion, ..RowsChange::zero() });
+                }
+            }
+            columns
+        };
+        let by_velocity = columns(|rates| &rates.by_velocity);
+        let by_instant = columns(|rates| &rates.by_instant);
+        self.slopes.by_velocity = Some(by_velocity);
+        self.slopes.by_instant = Some(by_instant);
     }
 
     /// Computes the pose and velocity columns one by one.
