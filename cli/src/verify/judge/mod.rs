@@ -44,6 +44,7 @@ const NEGLIGIBLE: f64 = 1e-11;
 
 /// Rounding error of a sum of some products, relative to the largest of them.
 const ROUNDED: f64 = 16.0 * f64::EPSILON;
+
 /// Depth at which no body has passed through another one, relative to the reach of the smaller one.
 const SHALLOW: f64 = 0.01;
 

@@ -40,8 +40,9 @@ pub(crate) struct RowSlopes {
 /// Derivatives of the motion of a contact with respect to the velocities of one side.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RateSlopes {
-    /// By the velocities w, and by those of the instant.
+    /// With respect to the velocities w of the step.
     pub(crate) by_velocity: Matrix3x6<f64>,
+    /// With respect to the velocities at the instant where the step starts.
     pub(crate) by_instant: Matrix3x6<f64>,
 }
 

@@ -23,19 +23,19 @@ use crate::mechanics::{Pose, State};
 use crate::world::World;
 use nalgebra::{Matrix3, Matrix3x6, Vector3};
 
-/// States from which a step starts, with the velocities V of the instant, and those after a step with
-/// the velocities 2V − w.
+/// States from which a step starts, with the velocities V of the instant, and those after a step
+/// with the velocities 2V − w.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct PredictedStep {
-    pub(crate) instants: Vec<State>,
+    instants: Vec<State>,
     ends: Vec<State>,
     /// States after free flight.
     free: Vec<State>,
 }
 
 impl PredictedStep {
-    /// Predicts the step from `states`, whose velocities are w; `free` are those after free flight. Without `instants`
-    /// there is no offset.
+    /// Predicts the step from `states`, whose velocities are w. The states after free flight are
+    /// `free`. Without `instants` there is no offset.
     pub(crate) fn set(
         &mut self,
         world: &World,

@@ -10,10 +10,11 @@
 //! c = √(V_n² + 2 a φ),   τ = 2 φ/(V_n + c)                                (G21)
 //! ```
 //!
-//! with the approach V_n and its rate a at the start of the interval, where the gap is φ. This is the derivative of the motion, and not of the steps. The flows are those of all bodies that contacts and
-//! joints connect. Points that meet in one interval count as meeting at their mean time. An impact ends in the step
-//! after the one that closes its gap, so that f⁺ and J are those of both steps. Equation numbers are
-//! those of `docs/gradients.md`.
+//! with the approach V_n and its rate a at the start of the interval, where the gap is φ. This is
+//! the derivative of the motion, and not of the steps. The flows are those of all bodies that
+//! contacts and joints connect. Points that meet in one interval count as meeting at their mean
+//! time. An impact ends in the step after the one that closes its gap, so that f⁺ and J are those
+//! of both steps. Equation numbers are those of `docs/gradients.md`.
 
 use crate::contact::Contact;
 use crate::derivative::StateChange;
