@@ -37,7 +37,7 @@ pub fn run(args: &CheckArgs) -> Result<Outcome, Failure> {
         let _ = writeln!(text, "  note         {}", shown::line(&note));
     }
     output::say(&text)?;
-    let is_solved = results.end == RunOutcome::Complete && results.summary.failed == 0;
+    let is_solved = results.end == RunOutcome::Complete && results.summary.unsolved() == 0;
     Ok(if is_solved { Outcome::Done } else { Outcome::Unconverged })
 }
 
@@ -105,10 +105,10 @@ fn overlaps(scene: &Scene) -> String {
 fn solved(scene: &Scene, results: &RunResults) -> String {
     let summary = &results.summary;
     let mut text = format!(
-        "  first steps  {} tried, {} in contact, {} not converged\n",
+        "  first steps  {} tried, {} in contact, {} not solved\n",
         summary.steps(),
         summary.touching,
-        summary.failed
+        summary.unsolved()
     );
     if results.end == RunOutcome::Stopped {
         text += "               a run stops at the next one\n";

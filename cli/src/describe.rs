@@ -253,6 +253,10 @@ fn unphysical(scene: &Scene, cause: &UnphysicalCause) -> String {
             let [one, other] = between.map(|of| object(scene, of));
             format!("{one} may have passed through {other}")
         }
+        UnphysicalCause::Misplaced { between, error } => {
+            let [one, other] = between.map(|of| object(scene, of));
+            format!("a contact of {one} with {other} acts {error:.1e} m from where they touch")
+        }
         _ => String::new(),
     }
 }

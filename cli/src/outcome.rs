@@ -7,7 +7,7 @@ pub use tumble_model::failure::{Failure, refuse_flags};
 pub enum Outcome {
     /// Success.
     Done,
-    /// Finished, but some step did not converge.
+    /// Finished, but some step is failed or wild.
     Unconverged,
     /// Ctrl-C: the results so far are written.
     Interrupted,

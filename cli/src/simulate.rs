@@ -58,7 +58,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
         RunOutcome::Interrupted => Outcome::Interrupted,
         _ if !drawn => Outcome::Interrupted,
         RunOutcome::Stopped => Outcome::Unconverged,
-        RunOutcome::Complete if run.summary.failed > 0 => Outcome::Unconverged,
+        RunOutcome::Complete if run.summary.unsolved() > 0 => Outcome::Unconverged,
         RunOutcome::Complete => Outcome::Done,
     })
 }

@@ -136,7 +136,7 @@ pub struct NewArgs {
 #[derive(Debug, Args)]
 #[command(
     after_help = "Exit codes: 0 the scene is valid; 2 it is not; 3 it is, but one of the first \
-                        steps did not converge; 1 any other error."
+                        steps is failed or wild; 1 any other error."
 )]
 pub struct CheckArgs {
     #[command(flatten)]

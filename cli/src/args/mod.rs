@@ -46,7 +46,7 @@ Examples:
   tumble verify out/states.csv    recompute every residual from the tables
   tumble --steps 1000 --seed 42   the tutorial's cube with Ipopt; options as for run
 
-Exit codes: 0 done; 2 bad input; 3 a step did not converge; 130 interrupted; 1 any other error.";
+Exit codes: 0 done; 2 bad input; 3 a step is failed or wild; 130 interrupted; 1 any other error.";
 
 #[derive(Debug, Subcommand)]
 pub enum Command {

@@ -255,7 +255,7 @@ fn a_check_ends_with_3_if_a_first_step_does_not_converge() {
     let start = ["--height", "1.0", "--attitude", "1,0,0,0"];
     let end = run(&[&["check"][..], &ipopt, &start].concat());
     assert_eq!(end.code, Some(3), "{end:?}");
-    assert!(end.stdout.contains("10 not converged"), "{end:?}");
+    assert!(end.stdout.contains("10 not solved"), "{end:?}");
     let end = run(&[&["check", "--solver", "native"][..], &start].concat());
     assert_eq!(end.code, Some(0), "{end:?}");
 }

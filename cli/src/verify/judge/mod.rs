@@ -316,6 +316,7 @@ impl StepJudge {
                     "its loaded contacts are {misplaced:.3e} m off the pieces, not {column:.3e}"
                 ));
             }
+            self.wrong_contacts(judged).into_iter().for_each(&mut differ);
         }
         let overlap = self.candidates.deepest_overlap(&self.world, next);
         let overlap = overlap.map_or(0.0, |(depth, ..)| depth);
@@ -372,6 +373,30 @@ impl StepJudge {
         let may_miss = [StepStatus::Wild, StepStatus::Failed];
         (!may_miss.contains(&row.status))
             .then(|| format!("a contact of body {body} that ends {depth:.3e} m deep has no row"))
+    }
+
+    /// Reason why a step whose status says that it is solved has other contacts than its pieces: one acts where
+    /// they do not touch (eq. 18g), or pieces sink into each other (eq. 18h).
+    fn wrong_contacts(&mut self, judged: &JudgedStep<'_>) -> Option<String> {
+        let JudgedStep { step: IntervalRows { row, states, .. }, next, contacts, loads, .. } =
+            judged;
+        if !row.status.is_solved() {
+            return None;
+        }
+        let status = row.status.name();
+        self.candidates.clear();
+        self.candidates.extend(contacts.iter().copied());
+        let forces = loads.iter().map(|load| load.force);
+        let misplaced = self.candidates.misplaced(&self.world, states, next, forces);
+        if let Some((contact, error)) = misplaced.first() {
+            let body = contact.key.body;
+            return Some(format!(
+                "its status is `{status}`, but a contact of body {body} acts {error:.3e} m from where its pieces touch"
+            ));
+        }
+        let [one, other] = self.candidates.sunk_pair(&self.world, states, next)?;
+        let body = one.body().or(other.body())?;
+        Some(format!("its status is `{status}`, but body {body} sinks into what it touches"))
     }
 
     /// Largest error of the placement of a contact with a force (eq. 18g), m.

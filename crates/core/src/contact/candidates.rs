@@ -3,6 +3,7 @@
 use super::collider::PieceExtent;
 use super::collision::Reached;
 use super::memory::Memory;
+use super::neighbours::replaced::Replaced;
 use super::neighbours::{Neighbours, Overlap, has_pairs};
 use super::restitution::Rebound;
 use super::slip_offset::InstantMotions;
@@ -102,6 +103,9 @@ impl Candidates {
         let has_pairs = has_pairs(world);
         if has_pairs {
             self.neighbours.touching(world, states, &mut self.contacts);
+            if !self.neighbours.replaced.is_empty() {
+                self.neighbours.put_replaced(world, &mut self.contacts);
+            }
         }
         // Without candidates and joints, free flight is the step to check.
         let needs_contact = reaches_ground
@@ -226,6 +230,19 @@ impl Candidates {
             .then(|| self.neighbours.missed_pair(world, states, next, &mut self.contacts))?
     }
 
+    /// Two objects that sink into each other in the step `states` → `next`: some of their pieces end deeper than
+    /// they began, by more than contacts fixed to their bodies explain (eq. 18h). A contact is missing then,
+    /// whatever the other contacts are. The lists are like in [`Candidates::find`].
+    pub fn sunk_pair(
+        &mut self,
+        world: &World,
+        states: &[State],
+        next: &[State],
+    ) -> Option<[Partner; 2]> {
+        let fits = states.len() == world.bodies().len() && states.len() == next.len();
+        (has_pairs(world) && fits).then(|| self.neighbours.sunk_pair(world, states, next))?
+    }
+
     /// Deepest overlap of any two pieces with the bodies at `states` (m), from the shapes alone,
     /// and the owners of the pieces.
     ///
@@ -250,6 +267,49 @@ impl Candidates {
         next: &[State],
         forces: impl IntoIterator<Item = Vector3<f64>>,
     ) -> f64 {
+        self.placement_of_loaded(world, states, next, forces, |_, _| ())
+    }
+
+    /// Loaded contacts that are not where two pieces touch, with their errors (18g) (m): those above 10⁻⁴ of the
+    /// smaller piece. The arguments are like in [`Candidates::placement_error`].
+    pub fn misplaced(
+        &mut self,
+        world: &World,
+        states: &[State],
+        next: &[State],
+        forces: impl IntoIterator<Item = Vector3<f64>>,
+    ) -> Vec<(Contact, f64)> {
+        let mut misplaced = Vec::new();
+        self.placement_of_loaded(world, states, next, forces, |contact, error| {
+            misplaced.push((*contact, error));
+        });
+        misplaced
+    }
+
+    /// [Replaces](Neighbours::replace) contacts that are `misplaced` after a step from `states` in the next
+    /// searches of this step.
+    pub(crate) fn replace(
+        &mut self,
+        world: &World,
+        states: &[State],
+        misplaced: &[(Contact, f64)],
+    ) {
+        self.neighbours.replace(world, states, misplaced);
+    }
+
+    /// Contacts that the searches of the same step replace.
+    pub(crate) fn replaced(&mut self) -> &mut Replaced {
+        &mut self.neighbours.replaced
+    }
+
+    fn placement_of_loaded(
+        &mut self,
+        world: &World,
+        states: &[State],
+        next: &[State],
+        forces: impl IntoIterator<Item = Vector3<f64>>,
+        visit: impl FnMut(&Contact, f64),
+    ) -> f64 {
         let Self { contacts, neighbours, .. } = self;
         let loaded = contacts
             .iter()
@@ -257,7 +317,7 @@ impl Candidates {
             .filter(|(contact, force)| contact.key.pair.is_some() && *force != Vector3::zeros());
         let mut loaded = loaded.map(|(contact, _)| contact).peekable();
         match loaded.peek() {
-            Some(_) => neighbours.placement_error(world, states, next, loaded),
+            Some(_) => neighbours.placement_error(world, states, next, loaded, visit),
             None => 0.0,
         }
     }

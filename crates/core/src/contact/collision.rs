@@ -87,6 +87,8 @@ pub(super) struct CollisionSearch<'a> {
     pub exposure: &'a mut ExposureScratch,
     pub scratch: &'a mut PairScratch,
     pub touches: &'a mut Vec<ManifoldPoint>,
+    /// Contacts that are not added.
+    pub excluded: &'a [Contact],
     /// True if all features of the pair that was examined last are hidden by other pieces.
     pub is_hidden: bool,
     /// True while hidden features count.

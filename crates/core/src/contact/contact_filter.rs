@@ -12,7 +12,7 @@ use crate::world::World;
 
 /// Tolerance for a contact's gap at the start below the overlap of the pieces there, as a fraction
 /// of the smaller reach. Faces that differ by less are equal ([`manifold`](crate::geometry::manifold())).
-const SAME_GAP: f64 = 1e-7;
+pub(super) const SAME_GAP: f64 = 1e-7;
 /// Cosine above which two planes for the same features are equal.
 const SAME_PLANE: f64 = 0.999_999;
 /// Largest number of planes for the same features. If a step rotates a body through more of them,
@@ -50,7 +50,8 @@ impl CollisionSearch<'_> {
                 known.features.curved.is_none()
                     && known.normal().dot(&contact.normal()) >= SAME_PLANE
             });
-            if contact.gap >= least && !is_known && planes < MOST_PLANES {
+            let is_new = !is_known && !has_plane_of(self.excluded, &contact);
+            if contact.gap >= least && is_new && planes < MOST_PLANES {
                 contacts.push(contact);
             }
         }
@@ -90,7 +91,7 @@ impl CollisionSearch<'_> {
         let mut fits = false;
         for touch in &*self.touches {
             let Some(contact) = between.contact(touch, 0) else { continue };
-            if contact.gap < least {
+            if contact.gap < least || has_plane_of(self.excluded, &contact) {
                 continue;
             }
             fits = true;
@@ -163,9 +164,24 @@ fn has_another_plane(
     known.peek().is_some() && known.all(|known| along(known).dot(&contact.normal()) < SAME_PLANE)
 }
 
+/// True if both contacts have the same features, in one or in two planes.
+fn has_same_features(known: &Contact, other: &Contact) -> bool {
+    let features = |contact: &Contact| contact.key.pair.map(|pair| (pair.pieces, pair.feature));
+    ContactKey { pair: other.key.pair, ..known.key } == other.key
+        && features(known) == features(other)
+}
+
+/// True if the list has a contact with the features and the plane of `contact`.
+pub(super) fn has_plane_of(list: &[Contact], contact: &Contact) -> bool {
+    let is_same = |known: &Contact| {
+        has_same_features(known, contact) && known.normal().dot(&contact.normal()) >= SAME_PLANE
+    };
+    list.iter().any(is_same)
+}
+
 /// Number of the plane for the features of `contact`. `None` if `contacts` have an equal plane for
 /// them, or too many others.
-fn unknown_plane(
+pub(super) fn unknown_plane(
     world: &World,
     contact: &Contact,
     contacts: &[Contact],
@@ -177,10 +193,7 @@ fn unknown_plane(
         if same_contact(world, known, contact) {
             return None;
         }
-        let same = ContactKey { pair: contact.key.pair, ..known.key } == contact.key
-            && known.key.pair.map(|pair| (pair.pieces, pair.feature))
-                == contact.key.pair.map(|pair| (pair.pieces, pair.feature));
-        if same {
+        if has_same_features(known, contact) {
             if known.normal().dot(&contact.normal()) >= SAME_PLANE && reaches(known, contact) {
                 return None;
             }

@@ -42,6 +42,9 @@ use nalgebra::{Matrix3, Vector3};
 /// Rounding and drift of gaps and places, as a fraction of the smaller piece.
 const ROUNDING: f64 = 1e-7;
 
+/// Error above which a contact is not where its pieces touch, as a fraction of the smaller piece.
+pub(super) const MISPLACED: f64 = 1e-4;
+
 /// Angle up to which a contact point has the normal of a face instead of that of the shortest line (rad),
 /// see [`manifold`](crate::geometry::manifold()).
 const ACROSS: f64 = 0.03;
@@ -135,6 +138,14 @@ impl PlacementCheck<'_> {
             self.is_shown(contact, colliders, other_end, allowed, exposure)
         };
         if is_shown { 0.0 } else { length }
+    }
+
+    /// True if a contact with this `error` (18g) (m) is not where its pieces touch. A NaN is an error too.
+    pub(super) fn is_misplaced(&self, contact: &Contact, error: f64) -> bool {
+        let Some(colliders) = self.colliders_of(contact) else { return true };
+        let sizes = colliders.map(|(_, collider)| size(placed(self.world, self.end, collider).0));
+        let is_small = error <= MISPLACED * sizes[0].min(sizes[1]);
+        !is_small
     }
 
     /// True if the contact is on exposed surfaces of its `colliders` where it is with the bodies at `poses`,

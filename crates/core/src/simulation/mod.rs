@@ -30,6 +30,7 @@ mod parting;
 pub mod random;
 pub mod record;
 mod redundancy;
+mod replacement;
 mod rest;
 mod retry;
 #[cfg(feature = "save")]

@@ -7,7 +7,7 @@ use super::leapfrog;
 use super::moment::Moment;
 use super::unphysical::{self, UnphysicalCause};
 use super::workspace::Workspace;
-use super::{Motion, infeasible_gap};
+use super::{Motion, infeasible_gap, replacement};
 use crate::contact::certificate::{Claim, certify_rk4_step};
 use crate::contact::rounding;
 use crate::error::Error;
@@ -113,13 +113,21 @@ pub(super) fn solve(
     }
     workspace.candidates.exchange_memory(world, &mut moment.search);
     let solved = if has_contacts {
-        contact_step(world, moment, inputs, workspace, taken)
+        let solve = |workspace: &mut Workspace<'_>, taken: &mut Interval| {
+            contact_step(world, moment, inputs, workspace, taken)?;
+            measure(world, workspace, taken);
+            mark_sunk(world, workspace, taken);
+            Ok(())
+        };
+        let solved = replacement::solve(world, workspace, taken, solve);
+        workspace.candidates.replaced().clear();
+        solved
     } else {
         floating_step(world, workspace, taken);
+        measure(world, workspace, taken);
         Ok(())
     };
     if solved.is_ok() {
-        measure(world, workspace, taken);
         workspace.candidates.hand_over(&mut taken.contacts);
     }
     workspace.candidates.return_memory(&mut moment.search);
@@ -140,6 +148,17 @@ fn measure(world: &World, workspace: &mut Workspace<'_>, taken: &mut Interval) {
     *stiffness = workspace.stiffness.largest_in_step(world, states, joints, gears);
     *overlap = candidates.deepest_overlap(world, next).map_or(0.0, |(depth, ..)| depth);
     *placement = candidates.placement_error(world, states, next, solution.forces());
+}
+
+/// Marks a solved interval in which pieces sink into each other.
+fn mark_sunk(world: &World, workspace: &mut Workspace<'_>, taken: &mut Interval) {
+    if taken.overlap > 0.0 && taken.report.status.is_solved() {
+        let next = &taken.solution.states;
+        if let Some(between) = workspace.candidates.sunk_pair(world, &taken.states, next) {
+            taken.unphysical = Some(UnphysicalCause::Missed { between });
+            taken.report.status = StepStatus::Wild;
+        }
+    }
 }
 
 /// Measures `taken` again, after a change of its solution.

@@ -1,5 +1,5 @@
-//! Fallbacks for a step that the native solver did not solve, or whose solution makes energy (eq. 32):
-//! shorter intervals, or a motion that adds no energy.
+//! Fallbacks for a step that the native solver did not solve, or whose solution makes energy (eq. 32) or has a
+//! contact that is misplaced or missing (18g, 18h): shorter intervals, or a motion that adds no energy.
 //!
 //! The step is taken in 2, 4, … 64 intervals of h/n until each of them is solved and they make no energy
 //! together, unless a body is [squeezed](super::infeasible_gap): no interval has a solution then. Each
@@ -7,8 +7,8 @@
 //! Without half kicks, velocities are converted before and after them: the spin keeps its momentum P⁻
 //! (eq. 34), and the velocity of flying bodies changes by ½ (h − h/n) g.
 //!
-//! A point near the solution that adds no energy is kept if 2 or 4 intervals are not solved either. The step is then
-//! failed. A step without such a point, and without solved intervals, is solved with the depths and joint errors of
+//! A step with a misplaced or missing contact is kept, marked, if 2 or 4 intervals have one too. A point near the
+//! solution that adds no energy is kept if 2 or 4 intervals are not solved either. The step is then failed. A step without such a point, and without solved intervals, is solved with the depths and joint errors of
 //! its start. They stay, because their removal can be what has no solution. This step is failed as well, with their
 //! residual. If it has no solution, islands that add no energy keep the best point of the solver. Other islands
 //! that touch the ground or a fixed piece stand still. The rest move on as one rigid body with their
@@ -36,7 +36,7 @@ use crate::joint::{Joint, JointForce};
 use crate::mechanics::quaternion::{product, rotation};
 use crate::mechanics::{RigidBody, Rotation, State};
 use crate::step::{ContactForce, StepStatus};
-use crate::world::{Span, World};
+use crate::world::{Partner, Span, World};
 use nalgebra::{Matrix3, Vector3, Vector4};
 
 /// Residual, as a multiple of the accepted one, below which the best point is kept. Without half kicks, shorter
@@ -66,6 +66,7 @@ pub(super) fn step(
     one_interval::interval(world, moment, inputs, workspace, None, taken)?;
     let makes_energy = |check: &EnergyCheck| (0..taken.states.len()).any(|body| check.makes(body));
     let is_tried = taken.report.status == StepStatus::Failed
+        || wrong_contacts(taken).is_some()
         || taken.gain.is_some() && makes_energy(&workspace.energy_check);
     let divided = turning::divide(world, moment, inputs, workspace, record);
     if divided.is_some() || !is_tried {
@@ -76,6 +77,7 @@ pub(super) fn step(
     let Some(failure) = Failure::find(world, workspace, taken) else { return Ok(None) };
     record.unsolved.extend(failure.bodies());
     let keeps_at_once = failure.is_kept && !world.has_half_kicks();
+    let end = failure.has_wrong_contacts.then(|| moment.clone());
     if keeps_at_once || !moment.move_back(record.first()) {
         return Ok(None);
     }
@@ -100,6 +102,12 @@ pub(super) fn step(
         parts *= 2;
     }
     world.set_span(None);
+    if let Some(end) = end {
+        record.unsolved.clear();
+        *moment = end;
+        workspace.forget();
+        return Ok(None);
+    }
     world.set_before(moment.arrivals.iter().map(|arrival| arrival.length));
     inputs.drive_joints(world, moment);
     workspace.forget();
@@ -132,6 +140,21 @@ struct Failure {
     is_squeezed: bool,
     /// True if contacts or joints have errors at the start that alone exceed the accepted residual.
     has_errors: bool,
+    /// True if it is solved, and its contacts are not those of its pieces. Then it is kept, marked, if shorter
+    /// intervals do not help.
+    has_wrong_contacts: bool,
+}
+
+/// Objects between which a solved interval has a contact that is misplaced, or lacks one.
+fn wrong_contacts(taken: &Interval) -> Option<[Partner; 2]> {
+    match taken.unphysical {
+        Some(UnphysicalCause::Misplaced { between, .. } | UnphysicalCause::Missed { between })
+            if taken.report.status == StepStatus::Wild =>
+        {
+            Some(between)
+        }
+        _ => None,
+    }
 }
 
 impl Failure {
@@ -154,8 +177,10 @@ impl Failure {
         // The certificate can reject an interval that the solver considers solved.
         let all_are = (0..bodies).all(|body| solver.is_solved(body));
         let is_unsolved = |body| has_failed && (all_are || !solver.is_solved(body));
-        let unsolved: Vec<_> =
-            (0..bodies).map(|body| is_unsolved(body) || energy_check.makes(body)).collect();
+        let misplaced = wrong_contacts(taken);
+        let has_wrong = |body| misplaced.is_some_and(|of| of.contains(&Partner::Body(body)));
+        let is_tried = |body| is_unsolved(body) || energy_check.makes(body) || has_wrong(body);
+        let unsolved: Vec<_> = (0..bodies).map(is_tried).collect();
         if !unsolved.contains(&true) {
             return None;
         }
@@ -173,6 +198,7 @@ impl Failure {
             islands,
             is_squeezed: taken.infeasible_gap.is_some(),
             has_errors: has_errors(world, taken, world.time_step() * accepted),
+            has_wrong_contacts: misplaced.is_some(),
         })
     }
 

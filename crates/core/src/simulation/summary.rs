@@ -174,6 +174,11 @@ impl RunSummary {
         }
     }
 
+    /// Number of steps that are failed or wild.
+    pub fn unsolved(&self) -> u64 {
+        self.failed + self.wild
+    }
+
     /// Number of steps with a problem to solve.
     pub fn contact_steps(&self) -> u64 {
         self.converged + self.retried + self.fallback + self.substepped + self.wild + self.failed

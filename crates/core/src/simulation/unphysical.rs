@@ -118,6 +118,13 @@ pub enum UnphysicalCause {
         /// The two objects.
         between: [Partner; 2],
     },
+    /// A contact carries a force and is not where the two objects touch.
+    Misplaced {
+        /// The two objects.
+        between: [Partner; 2],
+        /// Error of its placement (18g) (m).
+        error: f64,
+    },
 }
 
 impl UnphysicalCause {

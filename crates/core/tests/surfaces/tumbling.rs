@@ -10,10 +10,11 @@ use std::sync::Arc;
 use tumble_core::geometry::Terrain;
 use tumble_core::geometry::terrain::HeightField;
 use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
+use tumble_core::simulation::{Motion, Simulation, StepRecord, UnphysicalCause};
 use tumble_core::world::{FixedTerrain, Integrator, Parameters, World};
 
+/// Largest overlap and largest error of a contact in a solved step (m).
+const DEEP: f64 = 1e-4;
 const GRAVITY: f64 = 9.81;
 
 /// Counts of a campaign.
@@ -24,8 +25,10 @@ struct Campaign {
     statuses: BTreeMap<&'static str, u64>,
     /// Steps that make energy.
     wrong: Vec<String>,
-    /// Steps with a misplaced contact.
-    misplaced: Vec<String>,
+    /// Steps that are marked because a contact is misplaced or missing.
+    marked: Vec<String>,
+    /// Solved steps with a misplaced contact or a deep overlap.
+    unmarked: Vec<String>,
 }
 
 /// Kinetic energy and the energy of a height (J).
@@ -53,38 +56,43 @@ impl Campaign {
             let made = after.0 + after.1 - before.0 - before.1;
             self.steps += 1;
             *self.statuses.entry(record.status().name()).or_default() += 1;
-            let solved = !matches!(record.status(), StepStatus::Failed);
             let place = format!("{case}, step {}, {}", record.index, record.status().name());
             // NaN is not small.
             let is_small = made <= 0.01 * before.0.max(after.0) + 1e-5;
             if !is_small {
                 self.wrong.push(format!("{place}: makes {made:.3e} J of {:.3e} J", before.0));
             }
-            if solved && record.placement() != 0.0 {
-                self.misplaced.push(format!("{place}: by {:.3e} m", record.placement()));
+            let cause = record.unphysical();
+            if let Some(UnphysicalCause::Misplaced { .. } | UnphysicalCause::Missed { .. }) = cause
+            {
+                self.marked.push(format!("{place}: {cause:?}"));
+            }
+            let (error, overlap) = (record.placement(), record.overlap());
+            if record.status().is_solved() && (error > DEEP || overlap > DEEP) {
+                self.unmarked
+                    .push(format!("{place}: misplaced by {error:.1e} m, {overlap:.1e} m deep"));
             }
             before = after;
         }
     }
 
-    /// Asserts that no step makes energy, at most one in 1000 fails, and at most one in 1000 has a
-    /// misplaced contact. Most of these are planes that stop an edge up to a step's way before the pieces
-    /// meet.
+    /// Asserts that no step makes energy, and that no solved step has a contact that is not where pieces touch, or
+    /// lacks one. At most one in 1000 fails, and at most one in 10 000 is marked for its contacts: 6 of
+    /// 363 000 are, edges that pass a vertex of a terrain or each other at 8 m/s.
     fn assert_right(&self, name: &str) {
         let failed = self.statuses.get("failed").copied().unwrap_or(0);
+        let Self { steps, statuses, wrong, marked, unmarked } = self;
         let counts = format!(
-            "{name}: {} steps, {:?}, {} make energy, {} with a misplaced contact",
-            self.steps,
-            self.statuses,
-            self.wrong.len(),
-            self.misplaced.len()
+            "{name}: {steps} steps, {statuses:?}, {} make energy, {} are marked for their contacts",
+            wrong.len(),
+            marked.len()
         );
         println!("{counts}");
         let first = |list: &[String]| list[..list.len().min(60)].join("\n");
-        assert!(self.wrong.is_empty(), "{counts}:\n{}", first(&self.wrong));
-        let misplaced = self.misplaced.len() as u64;
-        assert!(misplaced * 1000 <= self.steps, "{counts}:\n{}", first(&self.misplaced));
-        assert!(failed * 1000 <= self.steps, "{counts}");
+        assert!(wrong.is_empty(), "{counts}:\n{}", first(wrong));
+        assert!(unmarked.is_empty(), "{counts}:\n{}", first(unmarked));
+        assert!(marked.len() as u64 * 10_000 <= *steps, "{counts}:\n{}", first(marked));
+        assert!(failed * 1000 <= *steps, "{counts}");
     }
 }
 

@@ -9,6 +9,8 @@
 
 mod pairs;
 mod places;
+pub(super) mod replaced;
+mod sinking;
 
 use super::collider::{Colliders, PieceExtent, PieceOwner, placed, size};
 use super::collision::{BAND, Collision, CollisionSearch, Reached};
@@ -29,6 +31,7 @@ use crate::mechanics::{Pose, State, Trajectory, largest};
 use crate::world::{KnownSeparations, World};
 use pairs::MOST_PAIRS;
 use places::set_poses;
+use replaced::Replaced;
 use std::ops::Range;
 
 /// Distance up to which pieces touch, as a fraction of the smaller reach. It covers the rounding of
@@ -87,6 +90,7 @@ pub(super) struct Neighbours {
     met: Vec<f64>,
     /// First pair whose collision the step passes or misses.
     missed: Option<[Partner; 2]>,
+    pub(super) replaced: Replaced,
     /// True if no two pieces may touch.
     is_apart: bool,
     /// Separations of the world that `is_apart` was computed for.
@@ -297,6 +301,7 @@ impl Neighbours {
             exposure: &mut self.placement.exposure,
             scratch: &mut self.scratch,
             touches: &mut self.touches,
+            excluded: &self.replaced.excluded,
             is_hidden: false,
             with_hidden: false,
             missed: None,
@@ -438,13 +443,15 @@ impl Neighbours {
     }
 
     /// Largest error of the placement of a loaded contact in the step `states` → `next` (eq. 18g) (m).
-    /// NaN if a contact names pieces that do not exist, or if there is not one state per body.
+    /// NaN if a contact names pieces that do not exist, or if there is not one state per body. `visit` gets
+    /// the contacts that are not where their pieces touch, with their error (m).
     pub(super) fn placement_error<'c>(
         &mut self,
         world: &World,
         states: &[State],
         next: &[State],
         loaded: impl Iterator<Item = &'c Contact>,
+        mut visit: impl FnMut(&Contact, f64),
     ) -> f64 {
         let Memory { end, from, .. } = &*self.memory;
         let is_placed = self.lists(world) && end == next && from == states;
@@ -454,7 +461,14 @@ impl Neighbours {
         let Self { memory, colliders, poses, begin, partners, placement, .. } = self;
         partners.update(world, colliders, &memory.pairs);
         let check = PlacementCheck { world, partners, start: begin, end: poses };
-        loaded.map(|contact| check.error(contact, placement)).fold(0.0, largest)
+        let errors = loaded.map(|contact| {
+            let error = check.error(contact, placement);
+            if error != 0.0 && check.is_misplaced(contact, error) {
+                visit(contact, error);
+            }
+            error
+        });
+        errors.fold(0.0, largest)
     }
 
     /// Applies `change` to the state of the search after bodies were added, removed or held.
