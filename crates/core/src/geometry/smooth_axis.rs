@@ -56,13 +56,32 @@ impl PiecePair<'_> {
     /// Axis of separation (unit, frame of A, from A to B) of a pair with a smooth shape.
     ///
     /// If straight features or faces are farthest along it, the axis is exactly perpendicular to
-    /// them. An axis before (`hint`) saves the search if the features are still the same.
+    /// them. An axis before (`hint`) saves the search if the features are still the same. Overlapping pieces have
+    /// several axes along which the gap is largest nearby. A flat face with a larger gap is the axis then.
     pub(super) fn smooth_axis(&self, hint: &Hint) -> Vector3<f64> {
         let sides = self.sides();
-        // Overlapping pieces have several axes along which the gap is largest nearby.
+        let nearby = self.axis_nearby(&sides, hint);
+        let (mut axis, mut gap) = (nearby, self.gap_along(&nearby));
+        if gap - self.radii() >= -TIGHT * self.size() {
+            return axis;
+        }
+        for (side, sign) in sides.iter().zip([1.0, -1.0]) {
+            for normal in side.flat_normals() {
+                let normal = side.rotation * normal * sign;
+                let along = self.gap_along(&normal);
+                if along > gap + TIGHT * self.size() {
+                    (axis, gap) = (normal, along);
+                }
+            }
+        }
+        axis
+    }
+
+    /// Axis along which the gap is larger than along others nearby.
+    fn axis_nearby(&self, sides: &[SmoothSide<'_>; 2], hint: &Hint) -> Vector3<f64> {
         let better = |than: Vector3<f64>, tie: f64| {
             let least = self.gap_along(&than) - TIGHT * self.size();
-            self.follow(&sides, than, tie).filter(|axis| self.gap_along(axis) >= least)
+            self.follow(sides, than, tie).filter(|axis| self.gap_along(axis) >= least)
         };
         let is_shallow = |axis: &Vector3<f64>| self.gap_along(axis) > -SHALLOW * self.size();
         let before = hint.axis_of(self).and_then(|axis| better(axis, TIE));

@@ -165,6 +165,12 @@ impl SmoothSide<'_> {
         }
     }
 
+    /// Normals of the faces of a polyhedron, or of the flat ends of a smooth shape (own frame).
+    pub fn flat_normals(&self) -> impl Iterator<Item = Vector3<f64>> + '_ {
+        let faces = self.hull.faces().iter().filter(|face| is_flat_end(self.smooth, &face.normal));
+        faces.map(|face| face.normal)
+    }
+
     /// Face of a polyhedron, or the flat end of a smooth shape, whose normal is nearly along the unit
     /// vector `n` (own frame). The end of a smooth shape is a face of its core.
     pub fn face_across(&self, n: &Vector3<f64>) -> Option<usize> {
