@@ -287,6 +287,7 @@ impl CollisionSearch<'_> {
         let before = contacts.len();
         self.place(pair.colliders, collision.share);
         self.touches(pair, SamplePose::Intermediate);
+        let is_hidden_there = self.is_hidden;
         if self.is_same_direction(collision, pair) {
             // Same direction as at the collision: all corners that come down are known at the end.
             self.touches(pair, SamplePose::End);
@@ -312,7 +313,7 @@ impl CollisionSearch<'_> {
                 self.admit(pair.colliders, SamplePose::End, collision.under, contacts);
             }
         }
-        let passes = collision.goes_through && !self.is_hidden;
+        let passes = collision.goes_through && !is_hidden_there;
         if contacts.len() > before || !passes && *pair.gap >= -collision.deep {
             return;
         }
