@@ -15,6 +15,9 @@ use crate::mechanics::dynamics::rk4_step;
 use crate::step::{Step, StepReport, StepSolution, StepStatus};
 use crate::world::{Span, World};
 
+/// Overlap due to rounding, as a fraction of the world's reach.
+const ROUNDED: f64 = 1e-9;
+
 /// Takes one interval from `moment`, which moves to its end: a whole step, or the part of one in `span`.
 /// `taken` describes it. It is taken even if it is not solved.
 ///
@@ -152,7 +155,7 @@ fn measure(world: &World, workspace: &mut Workspace<'_>, taken: &mut Interval) {
 
 /// Marks a solved interval in which pieces sink into each other.
 fn mark_sunk(world: &World, workspace: &mut Workspace<'_>, taken: &mut Interval) {
-    if taken.overlap > 0.0 && taken.report.status.is_solved() {
+    if taken.overlap > ROUNDED * world.reach() && taken.report.status.is_solved() {
         let next = &taken.solution.states;
         if let Some(between) = workspace.candidates.sunk_pair(world, &taken.states, next) {
             taken.unphysical = Some(UnphysicalCause::Missed { between });

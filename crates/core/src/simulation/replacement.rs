@@ -32,9 +32,10 @@ pub(super) fn solve(
     solve(workspace, taken)?;
     let Some(cause) = replace_misplaced(world, workspace, taken) else { return Ok(()) };
     let most = taken.overlap.max(LARGEST_OVERLAP * world.reach());
-    let first = workspace.candidates.replaced().clone();
+    let first = (taken.clone(), workspace.candidates.contacts().to_vec());
+    let replaced = workspace.candidates.replaced().clone();
     for has_substitutes in [false, true] {
-        workspace.candidates.replaced().clone_from(&first);
+        workspace.candidates.replaced().clone_from(&replaced);
         workspace.candidates.replaced().has_substitutes = has_substitutes;
         let mut is_placed = false;
         for _ in 0..MOST_SOLUTIONS {
@@ -48,12 +49,12 @@ pub(super) fn solve(
             return Ok(());
         }
     }
-    workspace.candidates.replaced().clear();
-    solve(workspace, taken)?;
-    if taken.report.status.is_solved() {
-        taken.unphysical = Some(cause);
-        taken.report.status = StepStatus::Wild;
-    }
+    let contacts;
+    (*taken, contacts) = first;
+    workspace.candidates.clear();
+    workspace.candidates.extend(contacts);
+    workspace.rest.end();
+    (taken.unphysical, taken.report.status) = (Some(cause), StepStatus::Wild);
     Ok(())
 }
 

@@ -169,7 +169,8 @@ impl Failure {
         let is_near = taken.certificate.residual() <= NEAR * accepted;
         // Steps of other solvers are kept.
         let solver = solver.islands()?;
-        if has_failed {
+        let misplaced = wrong_contacts(taken);
+        if has_failed || misplaced.is_some() {
             let forces = taken.solution.forces();
             certifier.contact_step(world, &taken.claim(), taken.solution.loads());
             energy_check.count(world, &taken.claim(), certifier.joint_motions(), forces, 0.0);
@@ -177,7 +178,6 @@ impl Failure {
         // The certificate can reject an interval that the solver considers solved.
         let all_are = (0..bodies).all(|body| solver.is_solved(body));
         let is_unsolved = |body| has_failed && (all_are || !solver.is_solved(body));
-        let misplaced = wrong_contacts(taken);
         let has_wrong = |body| misplaced.is_some_and(|of| of.contains(&Partner::Body(body)));
         let is_tried = |body| is_unsolved(body) || energy_check.makes(body) || has_wrong(body);
         let unsolved: Vec<_> = (0..bodies).map(is_tried).collect();

@@ -16,7 +16,7 @@ use crate::world::World;
 /// Contacts that a search leaves out, and those that it may add.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Replaced {
-    pub(in super::super) excluded: Vec<Contact>,
+    pub(crate) excluded: Vec<Contact>,
     substitutes: Vec<Contact>,
     /// True if the search adds substitutes.
     pub(crate) has_substitutes: bool,
@@ -36,7 +36,7 @@ impl Replaced {
 impl Neighbours {
     /// Leaves `misplaced` contacts out of the next searches. Their substitutes are the points in which the pieces
     /// are nearest to each other where the last step from `states` ended.
-    pub(in super::super) fn replace(
+    pub(crate) fn replace(
         &mut self,
         world: &World,
         states: &[State],
@@ -100,7 +100,7 @@ impl Neighbours {
     }
 
     /// Replaces contacts in a list of those that touch.
-    pub(in super::super) fn put_replaced(&mut self, world: &World, contacts: &mut Vec<Contact>) {
+    pub(crate) fn put_replaced(&mut self, world: &World, contacts: &mut Vec<Contact>) {
         let Self { replaced, index, .. } = self;
         contacts.retain(|contact| !has_plane_of(&replaced.excluded, contact));
         if !replaced.has_substitutes {

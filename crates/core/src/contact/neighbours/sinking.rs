@@ -19,7 +19,7 @@ use nalgebra::Vector3;
 
 impl Neighbours {
     /// The objects of the deepest pair if the step `states` → `next` makes it deeper by more than δ (18h).
-    pub(in super::super) fn sunk_pair(
+    pub(crate) fn sunk_pair(
         &mut self,
         world: &World,
         states: &[State],
