@@ -77,7 +77,8 @@ fn every_shipped_scene_of_several_bodies_runs_and_verifies() {
         ];
         let divided = table(&done, "steps").numbers("interval").contains(&1.0);
         let is_there = |file: &&str| match *file {
-            "ends.csv" => divided,
+            // Rows of a divided step may all start at the end of the one before.
+            "ends.csv" => divided && files.contains(file),
             "gears.csv" => geared,
             "joints.csv" => tied,
             _ => true,

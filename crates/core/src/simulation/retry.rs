@@ -7,7 +7,7 @@
 //! Without half kicks, velocities are converted before and after them: the spin keeps its momentum P⁻
 //! (eq. 34), and the velocity of flying bodies changes by ½ (h − h/n) g.
 //!
-//! A step with a misplaced or missing contact is kept, marked, if 2 or 4 intervals have one too. A point near the
+//! A step with a misplaced or missing contact is kept, marked, if 2, 4, 8 and 16 intervals have one too. A point near the
 //! solution that adds no energy is kept if 2 or 4 intervals are not solved either. The step is then failed. A step without such a point, and without solved intervals, is solved with the depths and joint errors of
 //! its start. They stay, because their removal can be what has no solution. This step is failed as well, with their
 //! residual. If it has no solution, islands that add no energy keep the best point of the solver. Other islands
@@ -43,9 +43,10 @@ use nalgebra::{Matrix3, Vector3, Vector4};
 /// intervals are less accurate, because they fall by a further ½ h² g.
 const NEAR: f64 = 1e3;
 
-/// Largest number of shorter intervals, also of a step that would keep its best point.
+/// Largest number of shorter intervals, also of a step that would keep its best point, or is marked for its contacts.
 const MOST_PARTS: u32 = 64;
 const KEPT_PARTS: u32 = 4;
+const MARKED_PARTS: u32 = 16;
 
 /// Largest number of Newton steps for the spin. The map is nearly linear.
 const MOST_NEWTON: u32 = 20;
@@ -86,6 +87,7 @@ pub(super) fn step(
     let inputs = inputs.uninterrupted();
     let most_parts = match (failure.is_squeezed, failure.is_kept) {
         (true, _) => 0,
+        (false, true) if failure.has_wrong_contacts => MARKED_PARTS,
         (false, true) => KEPT_PARTS,
         (false, false) => MOST_PARTS,
     };
