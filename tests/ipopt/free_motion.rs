@@ -1,23 +1,17 @@
 //! Motion without contact: the tutorial's recorded flight, Ipopt's solution in the air, and the
 //! laws of a free body.
 
+use crate::common::prelude::*;
 use crate::common::{
     SEEDS, any_state, any_world, any_wrench, body, cases, certify, points, solve, state,
     tutorial_parameters, tutorial_rows, tutorial_world, vector, wrench_of,
 };
-use nalgebra::{Matrix3, Vector3, Vector4};
 use proptest::prelude::*;
 use tumble::ipopt::Options;
 use tumble::solver::ipopt::IpoptSolver;
 use tumble::step_nlp::{ProgramPoint, SMOOTHING, StepNlp, layout};
-use tumble_core::contact::Detection;
 use tumble_core::mechanics::dynamics::{free_flight, rk4_step};
-use tumble_core::mechanics::quaternion::rotation;
-use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
 use tumble_core::simulation::scene::TutorialScene;
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::{StepSolution, StepStatus};
-use tumble_core::world::{Parameters, World};
 
 /// Simulation of the tutorial's cube, with the tutorial's rule for contact flags.
 fn flight(start: State) -> Simulation<'static> {

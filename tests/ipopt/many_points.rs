@@ -1,13 +1,9 @@
 //! Bodies with many points: rolling and falling rims with the native solver, sliding faces with
 //! Ipopt, and an interrupt in the middle of a step.
 
+use crate::common::prelude::*;
 use crate::common::tutorial_parameters;
-use nalgebra::{Matrix3, Vector3, Vector4};
 use tumble::solver::ipopt::{IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
-use tumble_core::mechanics::{RigidBody, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Parameters, World};
 
 /// Plate of 1 m that slides and turns on a grid of `side`² points.
 fn sliding_plate(side: usize) -> Simulation<'static> {
@@ -18,10 +14,9 @@ fn sliding_plate(side: usize) -> Simulation<'static> {
     let body = RigidBody::new(10.0, inertia, &points).unwrap();
     let world = World::new(Parameters { bodies: vec![body], ..tutorial_parameters() }).unwrap();
     let start = State {
-        position: Vector3::new(0.0, 0.0, 0.1),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
         velocity: Vector3::new(1.0, 0.2, 0.0),
         spin: Vector3::new(0.0, 0.0, 0.5),
+        ..State::at_rest(Vector3::new(0.0, 0.0, 0.1))
     };
     let options = IpoptSolver::options(TOLERANCE, MOST_ITERATIONS);
     let ipopt = IpoptSolver::new(&world, options).unwrap();

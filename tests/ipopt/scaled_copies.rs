@@ -1,14 +1,10 @@
 //! Scaled copies of a scene are the same program for Ipopt: equal iterations, and equal motion in
 //! the scene's own units.
 
+use crate::common::prelude::*;
 use crate::common::tutorial_parameters;
-use nalgebra::{Matrix3, Vector3};
 use tumble::solver::ipopt::{IpoptSolver, Ladder, MOST_ITERATIONS, Rung, TOLERANCE};
-use tumble_core::mechanics::{RigidBody, State, Wrench};
 use tumble_core::simulation::random::random_attitude;
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Parameters, World};
 
 /// Factors for masses, lengths and gravity. Times scale with the square root of length over
 /// gravity.

@@ -1,18 +1,11 @@
 //! Steps that are taken back and repeated, or repeated after an interrupt. Every solver returns the
 //! same doubles again.
 
+use crate::common::prelude::*;
 use crate::toss::*;
-use nalgebra::{Vector3, Vector4};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble::solver::ipopt::{IpoptSolver, Ladder, Rung};
-use tumble_core::contact::{Candidates, Plane};
-use tumble_core::error::Error;
-use tumble_core::mechanics::{State, Wrench};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::solver::native::NativeSolver;
-use tumble_core::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
-use tumble_core::world::{Integrator, Parameters, World};
 
 /// Name, constructor of a solver, and number of steps that it solves in about a second.
 type Case = (&'static str, fn(&World) -> Box<dyn StepSolver>, usize);
@@ -151,10 +144,8 @@ impl StepSolver for Interrupted {
 fn an_interrupt_of_a_start_leaves_no_trace() {
     let world = cube_world(SOLID).with_integrator(Integrator::Leapfrog);
     let start = State {
-        position: Vector3::new(0.0, 0.0, 1.0),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
         velocity: Vector3::new(2.0, 0.0, 0.0),
-        spin: Vector3::zeros(),
+        ..State::at_rest(Vector3::new(0.0, 0.0, 1.0))
     };
     let first = |steps: u32| {
         let solver = Box::new(Interrupted { inner: NativeSolver::new(&world), steps });

@@ -1,15 +1,11 @@
 //! Simulations on many threads, with Ipopt and with the native solver: the same doubles as on one
 //! thread.
 
+use crate::common::prelude::*;
 use crate::toss::*;
 use std::thread;
 use tumble::solver::ipopt::{IpoptSolver, Ladder, Rung};
-use tumble_core::contact::{ContactKey, Detection};
-use tumble_core::mechanics::State;
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::solver::native::NativeSolver;
-use tumble_core::step::StepStatus;
-use tumble_core::world::World;
+use tumble_core::contact::ContactKey;
 
 const THREADS: usize = 8;
 /// Number of steps with Ipopt: from shortly before the first touch until well into the contact.

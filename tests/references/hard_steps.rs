@@ -1,12 +1,10 @@
 //! The nine steps of `data/exact/hard-steps.json`, each solved as a single step: jams, corners that
 //! start to slip, faces that land or come to rest.
 
+use crate::common::prelude::*;
 use crate::common::{point_forces, reference, state};
 use crate::toss::*;
-use nalgebra::Vector3;
 use serde::Deserialize;
-use tumble_core::solver::native::NativeSolver;
-use tumble_core::step::StepStatus;
 
 #[derive(Deserialize)]
 struct Steps {

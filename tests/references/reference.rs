@@ -1,15 +1,10 @@
 //! Complete runs of the native solver against the exact trajectories of `data/exact`. A different
 //! program computed these with a different method.
 
+use crate::common::prelude::*;
 use crate::common::{reference, state};
 use crate::toss::{motion_apart, native_run, pose_apart, worst_residual};
-use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
-use tumble_core::contact::Plane;
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::StepRecord;
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Parameters, World};
 
 #[derive(Deserialize)]
 struct Index {

@@ -1,27 +1,15 @@
 //! Restitution of islands. A bounce in one island does not change another island. An island that
 //! cannot be solved with its full restitution is solved with a share of it.
 
-use nalgebra::{Matrix3, Vector3, Vector4};
+use crate::common::prelude::*;
 use std::path::Path;
 use std::sync::{Arc, Mutex};
-use tumble_core::contact::{Candidates, Plane};
-use tumble_core::error::Error;
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::solver::native::NativeSolver;
-use tumble_core::step::{IslandSolver, Step, StepReport, StepSolution, StepSolver, StepStatus};
-use tumble_core::world::{Integrator, Parameters, World};
+use tumble_core::step::IslandSolver;
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 
 fn at(x: f64, z: f64) -> State {
-    State {
-        position: Vector3::new(x, 0.0, z),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
-    }
+    State::at_rest(Vector3::new(x, 0.0, z))
 }
 
 fn ball(mass: f64, radius: f64) -> RigidBody {
@@ -36,12 +24,10 @@ fn cube() -> RigidBody {
 fn world(bodies: Vec<RigidBody>) -> World {
     let (ground, gravity) = (Plane::level(), Vector3::new(0.0, 0.0, -9.81));
     World::new(Parameters {
-        bodies,
         ground: Some(ground),
         gravity,
         friction: 1.0,
-        time_step: 0.002,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(bodies)
     })
     .unwrap()
     .with_integrator(Integrator::Euler)

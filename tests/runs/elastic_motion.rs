@@ -1,14 +1,10 @@
 //! Elastic bodies without friction. Impacts of rotating bodies conserve energy as accurately as the
 //! scheme can, and conserve both momenta.
 
+use crate::common::prelude::*;
 use crate::common::turning::turned_momentum;
-use nalgebra::Vector3;
 use std::io;
 use std::path::Path;
-use tumble_core::mechanics::quaternion::rotation;
-use tumble_core::mechanics::{RigidBody, State};
-use tumble_core::simulation::{Simulation, StepRecord};
-use tumble_core::world::{Integrator, World};
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 

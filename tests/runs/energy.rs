@@ -1,15 +1,12 @@
 //! Energy of recorded steps, computed from the states alone.
 
-use crate::turning::turned_momentum;
+use crate::common::prelude::*;
+use crate::common::turning::turned_momentum;
 use std::fmt;
 use std::io;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble_core::mechanics::{RigidBody, State};
-use tumble_core::simulation::StepRecord;
-use tumble_core::step::StepStatus;
-use tumble_core::world::World;
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 

@@ -1,16 +1,11 @@
 //! Passive mechanisms: joints with stops and dry friction, and contacts, make no energy.
 
-#[path = "../common/energy.rs"]
-mod energy;
-
-use energy::PassiveSteps;
-use nalgebra::{Vector3, Vector4};
+use crate::common::prelude::*;
+use crate::energy::{self, PassiveSteps};
 use std::fmt::Write as _;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble_core::mechanics::quaternion::{product, rotation};
-use tumble_core::simulation::StepRecord;
-use tumble_core::simulation::random::Draws;
+use tumble_core::mechanics::quaternion::product;
 
 /// Two capsules with a cone between them, which falls onto ice.
 const CAPSULES: &str = include_str!("../../cli/tests/cli/hard/cone31.toml");

@@ -1,16 +1,9 @@
 //! Allowed starts of a simulation, including states of an earlier run.
 
-use nalgebra::{Vector3, Vector4};
+use crate::common::prelude::*;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use tumble_core::error::Error;
-use tumble_core::joint::{Drive, Joint, JointFrame};
-use tumble_core::mechanics::load::Polyline;
-use tumble_core::mechanics::{Load, RigidBody, Rotation, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Integrator, Parameters, World};
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 
@@ -176,12 +169,10 @@ fn joint_beyond_its_limits_is_rejected() {
         };
         let bodies = vec![RigidBody::solid_box(1.0, Vector3::repeat(0.1)).unwrap()];
         let parameters = Parameters {
-            bodies,
             ground: None,
             gravity: Vector3::zeros(),
             friction: 0.0,
-            time_step: 0.002,
-            rotation: Rotation::Momentum,
+            ..Parameters::new(bodies)
         };
         let world = World::new(parameters).unwrap().with_joints(vec![joint]).unwrap();
         let (sine, cosine) = (0.5 * at).sin_cos();

@@ -1,9 +1,11 @@
 //! Terrain of scenario files and of MJCF, and its place in run.json.
 
-use super::*;
+use nalgebra::Vector3;
 use std::io;
 use std::path::Path;
-use tumble_core::geometry::terrain::TerrainShape;
+use std::sync::Arc;
+use tumble_core::geometry::terrain::{HeightField, TerrainShape};
+use tumble_core::simulation::StepRecord;
 use tumble_model::Model;
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
@@ -63,7 +65,7 @@ fn heights_come_from_rows_and_files() {
         );
         let scene = scene(&table).unwrap();
         let points = [(0, 0), (2, 1)].map(|(row, column)| field(&scene).point(row, column));
-        assert_eq!(points, [V::new(-0.5, -2.0, -4.0), V::new(0.5, 2.0, -1.5)]);
+        assert_eq!(points, [Vector3::new(-0.5, -2.0, -4.0), Vector3::new(0.5, 2.0, -1.5)]);
         assert_eq!(scene.fixed, ["hill"]);
         let hill = tumble_core::world::Partner::Fixed(0);
         assert_eq!(scene.world.friction_between(0, hill), 0.2);
@@ -118,7 +120,7 @@ fn a_height_field_of_mjcf_has_its_place() {
     let wanted = [(0, 0, [-1.0, -2.0, 1.2]), (0, 1, [1.0, -2.0, 3.0]), (2, 1, [1.0, 2.0, 0.3])];
     for (row, column, [x, y, z]) in wanted {
         let found = field.point(row, column);
-        assert!((found - V::new(x, y, z - 5.0)).amax() < 1e-12, "{row} {column}: {found}");
+        assert!((found - Vector3::new(x, y, z - 5.0)).amax() < 1e-12, "{row} {column}: {found}");
     }
     assert_eq!(scene.fixed, ["hill"]);
 }
@@ -154,6 +156,6 @@ fn nearly_equal_vertices_of_a_file_are_one() {
         notes.iter().any(|note| note.contains("floor: 2 vertices on borders are joined")),
         "{notes:?}"
     );
-    assert!((end.position - V::new(0.4, 0.5, 0.05)).amax() < 1e-9, "{end:?}");
+    assert!((end.position - Vector3::new(0.4, 0.5, 0.05)).amax() < 1e-9, "{end:?}");
     assert!(end.spin.amax() < 1e-9 && (end.velocity.x - 1.5).abs() < 1e-9, "{end:?}");
 }

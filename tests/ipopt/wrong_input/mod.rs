@@ -4,35 +4,25 @@
 
 mod solvers;
 
-use nalgebra::{Matrix3, Rotation3, Vector3, Vector4};
+use crate::common::prelude::*;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use tumble::step_nlp::ProgramPoint;
-use tumble_core::contact::certificate::{Claim, certify_rk4_step};
+use tumble_core::contact::certificate::certify_rk4_step;
 use tumble_core::contact::detection::{admit_missed, all_contacts};
 use tumble_core::contact::restitution::set_rebounds;
-use tumble_core::contact::{
-    Candidates, Certifier, Contact, Detection, KeyIndex, Partner, Plane, rounding,
-};
+use tumble_core::contact::{KeyIndex, rounding};
 use tumble_core::geometry::mesh::{Mesh, parse_obj, parse_stl};
 use tumble_core::geometry::{
-    Aabb, Hint, Hull, PairScratch, Piece, PieceSide, Sweep, distance_lower_bound, manifold,
-    overlap, signed_distance,
+    Aabb, Hint, Hull, PairScratch, PieceSide, Sweep, distance_lower_bound, manifold, overlap,
+    signed_distance,
 };
-use tumble_core::mechanics::load::Polyline;
-use tumble_core::mechanics::{Pose, RigidBody, Rotation, State, Wrench};
 use tumble_core::simulation::unphysical::EnergyCheck;
-use tumble_core::step::StepSolution;
-use tumble_core::world::{Parameters, World};
 
 /// World with `bodies` cubes of 1 m with restitution.
 fn world_of(bodies: usize) -> World {
     let parameters = Parameters {
-        bodies: vec![RigidBody::solid_box(1.0, Vector3::repeat(0.5)).unwrap(); bodies],
-        ground: Some(Plane::level()),
-        gravity: Vector3::new(0.0, 0.0, -9.81),
-        friction: 0.5,
         time_step: 0.01,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(vec![RigidBody::solid_box(1.0, Vector3::repeat(0.5)).unwrap(); bodies])
     };
     World::new(parameters).unwrap().with_restitution(0.5).unwrap()
 }
@@ -40,10 +30,8 @@ fn world_of(bodies: usize) -> World {
 /// Stacked cubes that fall.
 fn tower(bodies: usize) -> Vec<State> {
     let state = |index: usize| State {
-        position: Vector3::new(0.0, 0.0, 0.5 + index as f64),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
         velocity: Vector3::new(0.1, 0.0, -1.0),
-        spin: Vector3::zeros(),
+        ..State::at_rest(Vector3::new(0.0, 0.0, 0.5 + index as f64))
     };
     (0..bodies).map(state).collect()
 }

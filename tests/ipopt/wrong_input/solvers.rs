@@ -1,11 +1,7 @@
 //! Invalid steps for the solvers.
 
 use super::{Panics, contact_lists, contacts_of, lists, tower, world_of};
-use tumble_core::contact::{Candidates, Contact};
-use tumble_core::mechanics::Wrench;
-use tumble_core::solver::native::NativeSolver;
-use tumble_core::step::{Step, StepSolution, StepSolver};
-use tumble_core::world::World;
+use crate::common::prelude::*;
 
 #[test]
 fn a_step_of_any_lists_does_not_make_the_native_solver_panic() {

@@ -1,14 +1,7 @@
 //! Adding, removing and holding bodies during a simulation. The remaining bodies follow the
 //! physics, and bodies without contact to the changed one are unaffected to the last bit.
 
-use nalgebra::{Vector3, Vector4};
-use tumble_core::contact::{Partner, Plane};
-use tumble_core::error::Error;
-use tumble_core::joint::{Joint, JointFrame};
-use tumble_core::mechanics::{Load, Polyline, RigidBody, Rotation, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Integrator, Parameters, World};
+use crate::common::prelude::*;
 
 const SIDE: f64 = 0.2;
 
@@ -16,26 +9,8 @@ fn cube() -> RigidBody {
     RigidBody::solid_box(2.0, Vector3::repeat(0.5 * SIDE)).unwrap()
 }
 
-fn at(position: [f64; 3]) -> State {
-    State {
-        position: position.into(),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
-    }
-}
-
 fn world(bodies: usize) -> World {
-    World::new(Parameters {
-        bodies: vec![cube(); bodies],
-        ground: Some(Plane::level()),
-        gravity: Vector3::new(0.0, 0.0, -9.81),
-        friction: 0.5,
-        time_step: 0.002,
-        rotation: Rotation::Momentum,
-    })
-    .unwrap()
-    .with_integrator(Integrator::Euler)
+    World::new(Parameters::new(vec![cube(); bodies])).unwrap().with_integrator(Integrator::Euler)
 }
 
 fn simulation(states: &[State]) -> Simulation<'static> {
@@ -66,7 +41,7 @@ fn steps(simulation: &mut Simulation<'_>, count: usize) -> Vec<StepRecord> {
 fn stack(height: usize) -> Vec<State> {
     let cube = |level: usize| {
         let aside = 0.01 * (level % 2) as f64;
-        at([aside, -0.5 * aside, SIDE * (level as f64 + 0.5)])
+        State::at_rest([aside, -0.5 * aside, SIDE * (level as f64 + 0.5)])
     };
     (0..height).map(cube).collect()
 }
@@ -82,7 +57,7 @@ fn motion(record: &StepRecord, skipped: Option<usize>) -> Vec<u64> {
 fn removing_a_distant_body_changes_no_other() {
     for place in [0, 2, 5] {
         let mut states = stack(5);
-        states.insert(place, at([7.0, 3.0, 0.5 * SIDE]));
+        states.insert(place, State::at_rest([7.0, 3.0, 0.5 * SIDE]));
         let (mut with, mut without) = (simulation(&states), simulation(&states));
         for run in [&mut with, &mut without] {
             steps(run, 40);
@@ -109,7 +84,7 @@ fn adding_a_distant_body_changes_no_other() {
     for run in [&mut with, &mut without] {
         steps(run, 40);
     }
-    let drop = at([7.0, 3.0, 1.0]);
+    let drop = State::at_rest([7.0, 3.0, 1.0]);
     assert_eq!(with.add_body(cube(), drop).unwrap(), 5);
     for (with, without) in steps(&mut with, 60).iter().zip(&steps(&mut without, 60)) {
         assert_eq!(motion(with, Some(5)), motion(without, None), "{}", with.index);
@@ -124,7 +99,7 @@ fn a_body_that_is_put_on_a_stack_presses_on_it() {
     let mut run = simulation(&stack(3));
     steps(&mut run, 40);
     let top = run.states()[2].position;
-    let new = run.add_body(cube(), at([top[0], top[1], top[2] + SIDE])).unwrap();
+    let new = run.add_body(cube(), State::at_rest([top[0], top[1], top[2] + SIDE])).unwrap();
     let record = steps(&mut run, 20).pop().unwrap();
     let weight = 2.0 * 9.81;
     assert!((record.first().solution.total_force(new)[2] - weight).abs() < 1e-6 * weight);
@@ -154,7 +129,8 @@ fn removing_a_support_drops_its_load() {
 
 #[test]
 fn loads_go_with_their_bodies() {
-    let apart: Vec<_> = (0..4).map(|body| at([f64::from(body), 0.0, 0.5 * SIDE])).collect();
+    let apart: Vec<_> =
+        (0..4).map(|body| State::at_rest([f64::from(body), 0.0, 0.5 * SIDE])).collect();
     let mut run = simulation(&apart);
     let force = Polyline::constant([30.0, 0.0, 0.0].into()).unwrap();
     run.set_load(2, Load::new(force, Polyline::default(), Vector3::zeros()).unwrap()).unwrap();
@@ -210,7 +186,7 @@ fn a_body_that_floats_is_held_too() {
     let world = World::new(Parameters { ground: None, ..world.parameters().clone() })
         .unwrap()
         .with_integrator(Integrator::Euler);
-    let states = [at([0.0, 0.0, 1.0]), at([3.0, 0.0, 1.0])];
+    let states = [State::at_rest([0.0, 0.0, 1.0]), State::at_rest([3.0, 0.0, 1.0])];
     let mut run = Simulation::new(world, states, Motion::Floating).unwrap();
     run.hold_body(0, true).unwrap();
     let last = steps(&mut run, 20).pop().unwrap();
@@ -226,7 +202,7 @@ fn joint_holds_its_bodies_until_removed() {
         JointFrame::at([-0.5 * SIDE, 0.0, 0.0].into()),
     ];
     let tied = world(3).with_joints(vec![Joint::spherical(1, Some(2), frames)]).unwrap();
-    let states = [0.0, 1.0, 1.0 + SIDE].map(|x| at([x, 0.0, 0.5 * SIDE]));
+    let states = [0.0, 1.0, 1.0 + SIDE].map(|x| State::at_rest([x, 0.0, 0.5 * SIDE]));
     let motion = Motion::native(&tied);
     let mut run = Simulation::new(tied, states, motion).unwrap();
     steps(&mut run, 5);
@@ -252,9 +228,12 @@ fn invalid_changes_of_bodies_are_rejected_and_change_nothing() {
     for run in [&mut run, &mut undisturbed] {
         steps(run, 20);
     }
-    assert!(matches!(run.add_body(cube(), at([0.0, 0.0, 0.3])), Err(Error::Overlap { .. })));
     assert!(matches!(
-        run.add_body(cube(), at([3.0, 0.0, -0.3])),
+        run.add_body(cube(), State::at_rest([0.0, 0.0, 0.3])),
+        Err(Error::Overlap { .. })
+    ));
+    assert!(matches!(
+        run.add_body(cube(), State::at_rest([3.0, 0.0, -0.3])),
         Err(Error::StartBelowGround { .. })
     ));
     assert!(run.remove_body(4).is_err());
@@ -268,7 +247,7 @@ fn held_and_added_bodies_survive_a_restore() {
     let mut run = simulation(&stack(4));
     steps(&mut run, 40);
     run.remove_body(0).unwrap();
-    run.add_body(cube(), at([3.0, 0.0, 0.5 * SIDE])).unwrap();
+    run.add_body(cube(), State::at_rest([3.0, 0.0, 0.5 * SIDE])).unwrap();
     run.hold_body(1, true).unwrap();
     steps(&mut run, 5);
     for held in [true, false] {

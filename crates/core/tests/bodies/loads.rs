@@ -1,11 +1,7 @@
 //! External loads: their impulse is exact, for any solver and any step.
 
 use crate::common;
-
-use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble_core::mechanics::{Load, Polyline, RigidBody, State, Wrench};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::world::{Parameters, World};
+use crate::common::prelude::*;
 
 /// World with a body of 2 kg and 0.5 kg m² about every axis, without gravity.
 fn world(time_step: f64) -> World {
@@ -17,12 +13,7 @@ fn world(time_step: f64) -> World {
 }
 
 fn high_above() -> State {
-    State {
-        position: Vector3::new(0.0, 0.0, 50.0),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-        velocity: Vector3::new(0.1, 0.2, 0.3),
-        spin: Vector3::zeros(),
-    }
+    State { velocity: Vector3::new(0.1, 0.2, 0.3), ..State::at_rest(Vector3::new(0.0, 0.0, 50.0)) }
 }
 
 /// States after one second under `load`, by the contact step and by Runge–Kutta.

@@ -1,11 +1,10 @@
-//! Tests of bodies in free motion, their rotation and their units.
+//! Tests of bodies: free motion, rotation, loads, and changes of the set of bodies.
 
+#![allow(clippy::disallowed_methods)]
+
+mod changes;
 #[path = "../common/mod.rs"]
 mod common;
-mod elastic_motion;
-mod free_motion;
 mod loads;
-mod random_draws;
 mod rotation;
 mod runge_kutta;
-mod scaled_copies;

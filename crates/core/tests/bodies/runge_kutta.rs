@@ -1,15 +1,11 @@
 //! Runge–Kutta step of the floating scene against closed forms: a body that rotates about a
 //! principal axis, and the free symmetric top.
 
+use crate::common::prelude::*;
 use crate::common::{body, state, tutorial_parameters};
-use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble_core::contact::certificate::{Claim, certify_rk4_step};
+use tumble_core::contact::certificate::certify_rk4_step;
 use tumble_core::mechanics::dynamics::rk4_step;
-use tumble_core::mechanics::quaternion::{left, rotation};
-use tumble_core::mechanics::{RigidBody, State, Wrench};
 use tumble_core::simulation::scene::TutorialScene;
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::world::{Parameters, World};
 
 /// Rotation by `angle` [rad] about the unit vector `axis`.
 fn turn(axis: &Vector3<f64>, angle: f64) -> Vector4<f64> {

@@ -1,12 +1,6 @@
 //! Bodies that may not touch: pairs excluded from contact, and bodies excluded from all contacts.
 
-use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble_core::contact::{Candidates, Detection, Plane};
-use tumble_core::geometry::Piece;
-use tumble_core::joint::{Joint, JointFrame};
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::world::{Fixed, Integrator, Parameters, Partner, World};
+use crate::common::prelude::*;
 
 fn ball() -> RigidBody {
     let inertia = Matrix3::from_diagonal_element(0.4 * 0.01);
@@ -15,24 +9,15 @@ fn ball() -> RigidBody {
 
 fn world(bodies: usize) -> World {
     World::new(Parameters {
-        bodies: vec![ball(); bodies],
         ground: Some(Plane::new(Vector3::z(), 0.0).unwrap()),
-        gravity: Vector3::new(0.0, 0.0, -9.81),
-        friction: 0.5,
-        time_step: 0.002,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(vec![ball(); bodies])
     })
     .unwrap()
     .with_integrator(Integrator::Euler)
 }
 
 fn at(height: f64) -> State {
-    State {
-        position: Vector3::new(0.0, 0.0, height),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
-    }
+    State::at_rest(Vector3::new(0.0, 0.0, height))
 }
 
 /// Heights after one second [m].

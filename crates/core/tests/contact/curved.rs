@@ -1,12 +1,9 @@
 //! Rounded features that roll and slide on each other: forces and accelerations in closed form.
 
+use crate::common::prelude::*;
 use crate::curved_common as common;
 
 use common::{G, MASS, at, body, capsule_along_y, normal_forces, run, sphere, world};
-use nalgebra::{Matrix3, Vector3};
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::State;
-use tumble_core::simulation::StepRecord;
 
 fn total_force(record: &StepRecord) -> Vector3<f64> {
     record.first().solution.forces().sum()

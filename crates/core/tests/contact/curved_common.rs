@@ -1,10 +1,6 @@
 //! Bodies of round pieces, worlds with fixed pieces, and runs.
 
-use nalgebra::{Rotation3, Vector3, Vector4};
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::{RigidBody, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::world::{Fixed, Integrator, Parameters, World};
+use crate::common::prelude::*;
 
 pub const G: f64 = 9.81;
 pub const MASS: f64 = 1.0;
@@ -29,7 +25,7 @@ fn fixed(piece: Piece) -> Fixed {
 }
 
 pub fn at(position: Vector3<f64>, velocity: Vector3<f64>, spin: Vector3<f64>) -> State {
-    State { position, attitude: Vector4::new(1.0, 0.0, 0.0, 0.0), velocity, spin }
+    State { velocity, spin, ..State::at_rest(position) }
 }
 
 pub fn world(
@@ -43,7 +39,7 @@ pub fn world(
         gravity,
         friction,
         time_step,
-        rotation: tumble_core::mechanics::Rotation::Momentum,
+        rotation: Rotation::Momentum,
     })
     .unwrap()
     .with_integrator(Integrator::Euler);

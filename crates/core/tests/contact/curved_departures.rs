@@ -1,13 +1,10 @@
 //! Rounded features that separate and meet: departures in closed form, and exact gaps at the end of
 //! a step.
 
+use crate::common::prelude::*;
 use crate::curved_common as common;
 
 use common::{G, MASS, at, body, capsule_along_y, normal_forces, run, sphere, world};
-use nalgebra::{Matrix3, Rotation3, Vector3};
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::{RigidBody, State};
-use tumble_core::simulation::StepRecord;
 
 const RADIUS: f64 = 0.1;
 

@@ -1,15 +1,8 @@
 //! Steps of random scenes with elastic impacts, repeated with the bodies in another order, in a
 //! mirror and in a rotated frame. All four have the same motion.
 
+use crate::common::prelude::*;
 use crate::common::symmetry::{mirrored, turned};
-use nalgebra::{Vector3, Vector4};
-use tumble_core::contact::Plane;
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::random::Draws;
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Parameters, World};
 
 /// Number of bodies of a scene.
 const BODIES: usize = 6;
@@ -58,14 +51,7 @@ impl Shape {
 }
 
 fn world(bodies: Vec<RigidBody>, friction: f64) -> World {
-    let parameters = Parameters {
-        bodies,
-        ground: Some(Plane::level()),
-        gravity: Vector3::new(0.0, 0.0, -9.81),
-        friction,
-        time_step: 0.002,
-        rotation: Rotation::Momentum,
-    };
+    let parameters = Parameters { friction, ..Parameters::new(bodies) };
     World::new(parameters).unwrap().with_restitution(1.0).unwrap()
 }
 

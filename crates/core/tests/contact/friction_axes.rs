@@ -1,15 +1,7 @@
 //! Friction that depends on the direction, against closed forms and a computation of its law by hand.
 
-use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble_core::contact::{Contact, Partner, Plane};
-use tumble_core::error::Error;
-use tumble_core::geometry::Piece;
-use tumble_core::joint::{Axis, Drive, Joint, JointFrame};
-use tumble_core::mechanics::quaternion::rotation;
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Coefficient, Integrator, Parameters, World};
+use crate::common::prelude::*;
+use tumble_core::world::Coefficient;
 
 const G: f64 = 9.81;
 const FRICTION: f64 = 0.4;
@@ -28,12 +20,11 @@ fn block(angle: f64, time_step: f64, integrator: Integrator) -> World {
 
 fn world(bodies: Vec<RigidBody>, normal: Vector3<f64>, time_step: f64) -> World {
     let parameters = Parameters {
-        bodies,
         ground: Some(Plane::new(normal, 0.0).unwrap()),
         gravity: Vector3::new(0.0, 0.0, -G),
         friction: FRICTION,
         time_step,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(bodies)
     };
     World::new(parameters).unwrap()
 }

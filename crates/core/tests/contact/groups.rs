@@ -1,12 +1,7 @@
 //! Collision groups: which objects touch, through changes of the world.
 
-use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble_core::contact::{Candidates, Detection, Plane};
-use tumble_core::geometry::Piece;
-use tumble_core::joint::{Joint, JointFrame};
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::world::{Fixed, Groups, Integrator, Parameters, Partner, Touching, World};
+use crate::common::prelude::*;
+use tumble_core::world::{Groups, Touching};
 
 fn ball() -> RigidBody {
     let inertia = Matrix3::from_diagonal_element(0.4 * 0.01);
@@ -17,27 +12,15 @@ fn ball() -> RigidBody {
 fn world(bodies: usize) -> World {
     let plate = Piece::cuboid(Vector3::new(1.0, 1.0, 0.1)).unwrap();
     let plate = plate.moved_by(&Matrix3::identity(), &Vector3::new(0.0, 0.0, 0.9)).unwrap();
-    World::new(Parameters {
-        bodies: vec![ball(); bodies],
-        ground: Some(Plane::level()),
-        gravity: Vector3::new(0.0, 0.0, -9.81),
-        friction: 0.5,
-        time_step: 0.002,
-        rotation: Rotation::Momentum,
-    })
-    .unwrap()
-    .with_integrator(Integrator::Euler)
-    .with_fixed(vec![Fixed { piece: plate, friction: None }])
-    .unwrap()
+    World::new(Parameters::new(vec![ball(); bodies]))
+        .unwrap()
+        .with_integrator(Integrator::Euler)
+        .with_fixed(vec![Fixed { piece: plate, friction: None }])
+        .unwrap()
 }
 
 fn at(height: f64) -> State {
-    State {
-        position: Vector3::new(0.0, 0.0, height),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
-    }
+    State::at_rest(Vector3::new(0.0, 0.0, height))
 }
 
 fn groups(members: u64, collides_with: u64) -> Groups {

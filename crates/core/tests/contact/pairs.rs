@@ -1,16 +1,14 @@
 //! Contacts between two bodies, as the certificate evaluates them. Opposite forces act on both
 //! bodies at one point of the world. No direction of the world is special.
 
+use crate::common::prelude::*;
 use crate::common::symmetry::turned;
 use crate::common::turning::{step_attitude, turned_momentum};
 use crate::common::{cases, quaternion, vector};
-use nalgebra::{Vector3, Vector4};
 use proptest::prelude::*;
-use tumble_core::contact::certificate::{Certificate, Certifier, Claim};
-use tumble_core::contact::{Candidates, Contact, ContactKey, ContactLaw, Features, Partner, Plane};
-use tumble_core::mechanics::quaternion::rotation;
-use tumble_core::mechanics::{RigidBody, Rotation, State, StepMap, Wrench};
-use tumble_core::world::{Parameters, World};
+use tumble_core::contact::certificate::Certificate;
+use tumble_core::contact::{ContactKey, ContactLaw, Features};
+use tumble_core::mechanics::StepMap;
 
 /// Time step h [s].
 const TIME_STEP: f64 = 0.01;
@@ -64,12 +62,11 @@ impl Scene {
         let (bodies, gravity) = (self.bodies.to_vec(), Vector3::zeros());
         let (friction, time_step) = (self.friction, TIME_STEP);
         World::new(Parameters {
-            bodies,
             ground: Some(ground),
             gravity,
             friction,
             time_step,
-            rotation: Rotation::Momentum,
+            ..Parameters::new(bodies)
         })
         .unwrap()
     }
@@ -260,20 +257,12 @@ proptest! {
 fn the_overlap_after_a_step_is_that_of_the_shapes() {
     let cube = || RigidBody::solid_box(1.0, Vector3::repeat(0.1)).unwrap();
     let world = World::new(Parameters {
-        bodies: vec![cube(), cube()],
-        ground: Some(Plane::level()),
         gravity: Vector3::zeros(),
-        friction: 0.5,
         time_step: TIME_STEP,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(vec![cube(), cube()])
     })
     .unwrap();
-    let at = |x: f64, y: f64| State {
-        position: Vector3::new(x, y, 0.1),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
-    };
+    let at = |x: f64, y: f64| State::at_rest(Vector3::new(x, y, 0.1));
     let starts = [at(0.0, 0.0), State { position: Vector3::new(0.01, 0.02, 0.26), ..at(0.0, 0.0) }];
     // A box rotated out of another one: the last axis is not the axis of least overlap.
     let mut candidates = Candidates::new();

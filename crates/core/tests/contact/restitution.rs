@@ -1,23 +1,13 @@
 //! Contacts with restitution: closed forms of single impacts and of bouncing motions, and checks
 //! that no impact creates energy.
 
-use nalgebra::{Matrix3, Vector3, Vector4};
+use crate::common::prelude::*;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
 use std::cell::Cell;
-use tumble_core::contact::{Partner, Plane};
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::world::{Integrator, Parameters, World};
 
 fn at(x: f64, y: f64, z: f64) -> State {
-    State {
-        position: Vector3::new(x, y, z),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
-    }
+    State::at_rest(Vector3::new(x, y, z))
 }
 
 fn moving(state: State, velocity: [f64; 3]) -> State {
@@ -34,12 +24,11 @@ fn world(bodies: Vec<RigidBody>, gravity: f64, friction: f64, time_step: f64) ->
     let gravity = Vector3::new(0.0, 0.0, -gravity);
     let ground = Plane::level();
     World::new(Parameters {
-        bodies,
         ground: Some(ground),
         gravity,
         friction,
         time_step,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(bodies)
     })
     .unwrap()
     .with_integrator(Integrator::Euler)

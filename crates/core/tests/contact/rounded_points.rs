@@ -2,20 +2,14 @@
 //! contacts, so the tests construct them for the native solver.
 
 use crate::common;
+use crate::common::prelude::*;
 
 use crate::common::{cases, quaternion, vector};
 use crate::toss::parameters;
-use nalgebra::{Matrix3, Vector3, Vector4};
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 use std::cell::Cell;
-use tumble_core::contact::certificate::{Certifier, Claim};
-use tumble_core::contact::{Contact, ContactKey, ContactLaw, Features, Partner, Plane};
-use tumble_core::mechanics::quaternion::rotation;
-use tumble_core::mechanics::{RigidBody, State, Wrench};
-use tumble_core::solver::native::NativeSolver;
-use tumble_core::step::{StepSolution, StepStatus};
-use tumble_core::world::{Parameters, World};
+use tumble_core::contact::{ContactKey, ContactLaw, Features};
 
 /// Contacts of all points of the body with the ground, each rounded by `radius`.
 fn rounded(world: &World, state: &State, radius: f64) -> Vec<Contact> {

@@ -1,13 +1,7 @@
 //! Balls that meet within a step. Off-centre and without friction, the forces act through both
 //! centres. A ball that is driven into the ground meets it.
 
-use nalgebra::{Vector3, Vector4};
-use tumble_core::contact::Plane;
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Fixed, Parameters, World};
+use crate::common::prelude::*;
 
 fn ball(mass: f64, radius: f64) -> RigidBody {
     RigidBody::solid(mass, &[Piece::sphere(radius).unwrap()]).unwrap().0
@@ -24,12 +18,11 @@ fn at(position: [f64; 3], velocity: [f64; 3]) -> State {
 
 fn world(bodies: Vec<RigidBody>) -> World {
     World::new(Parameters {
-        bodies,
         ground: Some(Plane::new(Vector3::z(), -100.0).unwrap()),
         gravity: Vector3::zeros(),
         friction: 0.0,
         time_step: 0.01,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(bodies)
     })
     .unwrap()
 }

@@ -1,13 +1,7 @@
 //! Cylinders, cones and ellipsoids on fixed pieces and on each other, against closed forms.
 
-use nalgebra::{Rotation3, UnitQuaternion, Vector3, Vector4};
+use crate::common::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
-use tumble_core::contact::Plane;
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::ContactForce;
-use tumble_core::world::{Fixed, Integrator, Parameters, World};
 
 const G: f64 = 9.81;
 const SIDES: usize = 24;

@@ -1,12 +1,7 @@
 //! Cylinders, cones and ellipsoids on the ground, against closed forms.
 
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3, Vector4};
-use tumble_core::contact::{Contact, Plane};
-use tumble_core::geometry::{MassProperties, Piece};
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Integrator, Parameters, World};
+use crate::common::prelude::*;
+use tumble_core::geometry::MassProperties;
 
 const G: f64 = 9.81;
 const SIDES: usize = 24;
@@ -18,12 +13,11 @@ fn solid(mass: f64, piece: Piece) -> RigidBody {
 fn world(body: RigidBody, friction: f64, slope: f64, time_step: f64) -> World {
     let normal = Vector3::new(slope.sin(), 0.0, slope.cos());
     World::new(Parameters {
-        bodies: vec![body],
         ground: Some(Plane::new(normal, 0.0).unwrap()),
         gravity: Vector3::new(0.0, 0.0, -G),
         friction,
         time_step,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(vec![body])
     })
     .unwrap()
     .with_integrator(Integrator::Euler)
@@ -142,8 +136,7 @@ fn a_disc_rolls_around_its_resting_centre() {
         // Along the diameter through the contact point.
         start.spin = Vector3::y() * rate * tilt.sin();
         let end = run(&world, start, steps);
-        let axis =
-            tumble_core::mechanics::quaternion::rotation(&end.attitude).column(2).into_owned();
+        let axis = rotation(&end.attitude).column(2).into_owned();
         // The horizontal part of the axis circles from −y.
         let angle = axis.x.atan2(-axis.y).rem_euclid(std::f64::consts::TAU);
         let expected = (rate * 0.2).rem_euclid(std::f64::consts::TAU);
@@ -172,7 +165,7 @@ fn a_cone_rolls_about_its_apex() {
     let turn = Rotation3::from_axis_angle(&Vector3::y_axis(), std::f64::consts::FRAC_PI_2 + beta);
     let mut start = on_ground(&world, &turn);
     let apex = |state: &State| {
-        let turn = tumble_core::mechanics::quaternion::rotation(&state.attitude);
+        let turn = rotation(&state.attitude);
         state.position + turn * from_centre
     };
     let place = apex(&start);

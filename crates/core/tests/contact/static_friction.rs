@@ -1,15 +1,7 @@
 //! Static friction against closed forms, in runs and in derivatives of a step.
 
-use nalgebra::{Vector3, Vector4};
-use tumble_core::contact::{Partner, Plane};
-use tumble_core::derivative::StateChange;
-use tumble_core::mechanics::{Load, Polyline, RigidBody, Rotation, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::solver::native::{StepChange, StepDerivative};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{
-    Coefficient, Constant, Impacts, Integrator, Parameters, StickSpeed, World,
-};
+use crate::common::prelude::*;
+use tumble_core::world::{Coefficient, Impacts, StickSpeed};
 
 const G: f64 = 9.81;
 const KINETIC: f64 = 0.3;
@@ -20,12 +12,11 @@ fn block(angle: f64, time_step: f64, integrator: Integrator) -> World {
     let body = RigidBody::solid_box(1.0, Vector3::new(0.5, 0.5, 0.02)).unwrap();
     let normal = Vector3::new(-angle.sin(), 0.0, angle.cos());
     let parameters = Parameters {
-        bodies: vec![body],
         ground: Some(Plane::new(normal, 0.0).unwrap()),
         gravity: Vector3::new(0.0, 0.0, -G),
         friction: KINETIC,
         time_step,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(vec![body])
     };
     let world = World::new(parameters).unwrap().with_integrator(integrator);
     world.with_coefficient(Coefficient::StaticFriction, STATIC).unwrap()
@@ -148,12 +139,9 @@ fn an_edge_that_turns_does_not_slip() {
     let lean = 10.0_f64.to_radians();
     let fall = |friction: f64, most: f64, integrator: Integrator| {
         let parameters = Parameters {
-            bodies: vec![RigidBody::solid_box(1.0, half).unwrap()],
-            ground: Some(Plane::level()),
             gravity: Vector3::new(0.0, 0.0, -G),
             friction,
-            time_step: 0.002,
-            rotation: Rotation::Momentum,
+            ..Parameters::new(vec![RigidBody::solid_box(1.0, half).unwrap()])
         };
         let world = World::new(parameters).unwrap().with_integrator(integrator);
         let world = world.with_coefficient(Coefficient::StaticFriction, most).unwrap();

@@ -1,16 +1,10 @@
 //! Rolling and torsional resistance against closed forms and a computation of their law by hand.
 
-use nalgebra::{Vector3, Vector4};
-use tumble_core::contact::certificate::{Certifier, Claim};
-use tumble_core::contact::{ContactLoad, Partner, Plane};
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::quaternion::rotation;
-use tumble_core::mechanics::{Load, Polyline, RigidBody, Rotation, State};
+use crate::common::prelude::*;
+use tumble_core::contact::ContactLoad;
 use tumble_core::problem::{ContactProblem, SolveOptions};
 use tumble_core::simulation::energy::total;
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Coefficient, Integrator, Parameters, TurningFriction, World};
+use tumble_core::world::{Coefficient, TurningFriction};
 
 const G: f64 = 9.81;
 const RADIUS: f64 = 0.1;
@@ -29,12 +23,11 @@ fn solid_ball(mass: f64, radius: f64) -> RigidBody {
 fn ball(angle: f64, time_step: f64, integrator: Integrator) -> World {
     let normal = Vector3::new(-angle.sin(), 0.0, angle.cos());
     let parameters = Parameters {
-        bodies: vec![solid_ball(2.0, RADIUS)],
         ground: Some(Plane::new(normal, 0.0).unwrap()),
         gravity: Vector3::new(0.0, 0.0, -G),
         friction: 0.6,
         time_step,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(vec![solid_ball(2.0, RADIUS)])
     };
     let world = World::new(parameters).unwrap().with_integrator(integrator);
     with_both(world, FRICTION)
@@ -146,12 +139,9 @@ fn a_ball_that_cannot_roll_slides_like_a_block() {
 #[test]
 fn an_impact_with_rolling_resistance_makes_no_energy() {
     let parameters = Parameters {
-        bodies: vec![RigidBody::solid_box(1.0, Vector3::new(0.1, 0.05, 0.075)).unwrap()],
-        ground: Some(Plane::level()),
         gravity: Vector3::new(0.0, 0.0, -G),
         friction: 0.0,
-        time_step: 0.002,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(vec![RigidBody::solid_box(1.0, Vector3::new(0.1, 0.05, 0.075)).unwrap()])
     };
     let world = World::new(parameters)
         .unwrap()
@@ -192,12 +182,11 @@ fn capsules_and_cylinders_roll_to_rest() {
         let about = body.inertia()[(2, 2)] / body.mass();
         let slowing = FRICTION.rolling * G * radius / (radius * radius + about);
         let parameters = Parameters {
-            bodies: vec![body],
             ground: Some(Plane::new(Vector3::z(), 0.0).unwrap()),
             gravity: Vector3::new(0.0, 0.0, -G),
             friction: 0.6,
             time_step: 0.001,
-            rotation: Rotation::Momentum,
+            ..Parameters::new(vec![body])
         };
         let world = World::new(parameters).unwrap().with_integrator(Integrator::Leapfrog);
         let world = with_both(world, FRICTION);
@@ -223,21 +212,19 @@ fn capsules_and_cylinders_roll_to_rest() {
 fn rolling_is_similar_at_any_size() {
     let distance = |size: f64| {
         let parameters = Parameters {
-            bodies: vec![solid_ball(size.powi(3), 0.1 * size)],
             ground: Some(Plane::new(Vector3::z(), 0.0).unwrap()),
             gravity: Vector3::new(0.0, 0.0, -G),
             friction: 0.6,
             time_step: 0.002 * size.sqrt(),
-            rotation: Rotation::Momentum,
+            ..Parameters::new(vec![solid_ball(size.powi(3), 0.1 * size)])
         };
         let TurningFriction { rolling, torsional } = FRICTION;
         let friction = TurningFriction { rolling: rolling * size, torsional: torsional * size };
         let world = with_both(World::new(parameters).unwrap(), friction);
         let start = State {
-            position: Vector3::z() * (0.1 * size),
-            attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
             velocity: Vector3::x() * size.sqrt(),
             spin: Vector3::new(0.0, 10.0, 5.0) / size.sqrt(),
+            ..State::at_rest(Vector3::z() * (0.1 * size))
         };
         let mut simulation =
             Simulation::new(world.clone(), [start], Motion::native(&world)).unwrap();
@@ -256,12 +243,7 @@ fn the_order_of_the_bodies_plays_no_part() {
     let block = RigidBody::solid_box(0.7, Vector3::new(0.4, 0.4, 0.05)).unwrap();
     let bodies = [block, solid_ball(2.0, RADIUS)];
     let attitude = Vector4::new(1.0, 0.0, 0.0, 0.0);
-    let rest = State {
-        position: Vector3::z() * 0.05,
-        attitude,
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
-    };
+    let rest = State { attitude, ..State::at_rest(Vector3::z() * 0.05) };
     let rolling = State {
         position: Vector3::new(0.05, 0.0, 0.1 + RADIUS),
         velocity: Vector3::new(0.3, 0.1, 0.0),
@@ -270,12 +252,10 @@ fn the_order_of_the_bodies_plays_no_part() {
     };
     let ends = [[0, 1], [1, 0]].map(|order| {
         let parameters = Parameters {
-            bodies: order.map(|of| bodies[of].clone()).to_vec(),
             ground: Some(Plane::new(Vector3::z(), 0.0).unwrap()),
             gravity: Vector3::new(0.0, 0.0, -G),
             friction: 0.3,
-            time_step: 0.002,
-            rotation: Rotation::Momentum,
+            ..Parameters::new(order.map(|of| bodies[of].clone()).to_vec())
         };
         let world = with_both(World::new(parameters).unwrap(), FRICTION);
         let starts = order.map(|of| [rest, rolling][of]);
@@ -327,12 +307,11 @@ fn moments_act_on_both_bodies() {
     let plate = RigidBody::solid_box(3.0, Vector3::new(1.0, 1.0, 0.05)).unwrap();
     let sphere = solid_ball(2.0, RADIUS);
     let parameters = Parameters {
-        bodies: vec![plate, sphere],
         ground: Some(Plane::new(Vector3::z(), 0.0).unwrap()),
         gravity: Vector3::new(0.0, 0.0, -G),
         friction: 0.0,
         time_step: 0.0005,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(vec![plate, sphere])
     };
     let world =
         World::new(parameters).unwrap().with_friction_between(1, Partner::Body(0), 0.8).unwrap();
@@ -347,12 +326,7 @@ fn moments_act_on_both_bodies() {
     })
     .unwrap();
     let attitude = Vector4::new(1.0, 0.0, 0.0, 0.0);
-    let still = State {
-        position: Vector3::z() * 0.05,
-        attitude,
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
-    };
+    let still = State { attitude, ..State::at_rest(Vector3::z() * 0.05) };
     let rolling = State {
         position: Vector3::new(0.0, 0.0, 0.1 + RADIUS),
         velocity: Vector3::new(0.3, 0.2, 0.0),
@@ -398,12 +372,11 @@ fn moments_obey_their_law() {
         solid_ball(0.5, 0.07),
     ];
     let parameters = Parameters {
-        bodies,
         ground: Some(Plane::new(Vector3::z(), 0.0).unwrap()),
         gravity: Vector3::new(0.0, 0.0, -G),
         friction: 0.4,
         time_step: h,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(bodies)
     };
     let world =
         with_both(World::new(parameters).unwrap().with_integrator(Integrator::Euler), friction);

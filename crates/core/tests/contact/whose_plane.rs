@@ -1,14 +1,7 @@
 //! Geometry decides which body owns the plane of a contact. Reordering the bodies permutes the
 //! motion, also through impacts.
 
-use nalgebra::{Vector3, Vector4};
-use tumble_core::contact::Plane;
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::quaternion::rotation;
-use tumble_core::mechanics::{RigidBody, State};
-use tumble_core::simulation::random::Draws;
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::world::{Integrator, Parameters, World};
+use crate::common::prelude::*;
 
 type V = Vector3<f64>;
 
@@ -21,12 +14,11 @@ fn run(placed: &[Placed], order: &[usize], gravity: f64, steps: usize) -> Vec<St
     let bodies = order.iter().map(|&index| placed[index].0.clone()).collect();
     let (ground, gravity) = (Plane::level(), V::new(0.0, 0.0, -gravity));
     let parameters = Parameters {
-        bodies,
         ground: Some(ground),
         gravity,
         friction: 0.4,
-        time_step: 0.002,
-        rotation: tumble_core::mechanics::Rotation::Momentum,
+        rotation: Rotation::Momentum,
+        ..Parameters::new(bodies)
     };
     let world = World::new(parameters).unwrap().with_integrator(Integrator::Euler);
     let motion = Motion::native(&world);

@@ -1,14 +1,8 @@
 //! Detection of unphysical steps, which obey the laws but have too large turns or gain energy.
 
+use crate::common::prelude::*;
 use crate::toss::*;
-use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble_core::contact::{Candidates, Plane};
-use tumble_core::error::Error;
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::{RigidBody, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord, UnphysicalCause};
-use tumble_core::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
-use tumble_core::world::{Fixed, Parameters, World};
+use tumble_core::simulation::UnphysicalCause;
 
 /// ½ m v² + ½ ωᵀ I ω − m g·r [J].
 fn energy(world: &World, state: &State) -> f64 {
@@ -139,12 +133,7 @@ impl StepSolver for Parting {
 }
 
 fn ball_at(x: f64, speed: f64) -> State {
-    State {
-        position: Vector3::new(x, 0.0, 5.0),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-        velocity: Vector3::new(speed, 0.0, 0.0),
-        spin: Vector3::zeros(),
-    }
+    State { velocity: Vector3::new(speed, 0.0, 0.0), ..State::at_rest(Vector3::new(x, 0.0, 5.0)) }
 }
 
 fn ball(mass: f64, radius: f64) -> RigidBody {
@@ -161,12 +150,11 @@ fn energy_gain_is_judged_by_island() {
         bodies.extend(others.iter().map(|_| ball(1000.0, 0.1)));
         let (ground, gravity) = (Plane::level(), Vector3::zeros());
         let parameters = Parameters {
-            bodies,
             ground: Some(ground),
             gravity,
             friction: 0.0,
-            time_step: 0.002,
-            rotation: tumble_core::mechanics::Rotation::Momentum,
+            rotation: Rotation::Momentum,
+            ..Parameters::new(bodies)
         };
         let world = World::new(parameters).unwrap();
         let mut starts = vec![ball_at(0.0, 1.0), ball_at(0.2, -1.0)];
@@ -286,12 +274,7 @@ fn a_start_that_is_nanometres_deep_is_lifted_out() {
             let body = RigidBody::solid_box(1.0, Vector3::repeat(half)).unwrap();
             let world =
                 World::new(Parameters { time_step: 0.002, ..parameters(body.clone()) }).unwrap();
-            let start = State {
-                position: Vector3::new(0.0, 0.0, half - depth),
-                attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-                velocity: Vector3::zeros(),
-                spin: Vector3::zeros(),
-            };
+            let start = State::at_rest(Vector3::new(0.0, 0.0, half - depth));
             for record in run(&world, start, 5) {
                 let status = record.status();
                 assert_eq!(status, StepStatus::Converged, "{half} m, {depth} m deep");

@@ -2,13 +2,12 @@
 //! and checked for the properties that a simulation needs: complete, steady under drifts, and
 //! equivariant under rotation and swapping.
 
+use crate::common::prelude::*;
 use crate::pieces::*;
-use nalgebra::{Matrix3, Rotation3};
 use std::collections::BTreeSet;
 use tumble_core::geometry::{
-    CorePart, Feature, Hint, ManifoldPoint, PairScratch, Piece, PieceSide, overlap,
+    CorePart, Feature, Hint, ManifoldPoint, PairScratch, PieceSide, overlap,
 };
-use tumble_core::mechanics::Pose;
 
 fn features(touches: &[ManifoldPoint]) -> BTreeSet<Feature> {
     touches.iter().map(|touch| touch.feature).collect()

@@ -1,12 +1,9 @@
 //! Distances, closest points, overlaps and near pairs against closed forms and all pairs.
 
+use crate::common::prelude::*;
 use crate::pieces::*;
 use crate::queried::{Queried, body, random, state_at, world};
-use nalgebra::Matrix3;
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::{Pose, RigidBody};
 use tumble_core::query::{Distance, Query};
-use tumble_core::world::{Partner, Plane};
 
 /// Error of a distance of a few metres (m); the closest points of nearly parallel edges lose some
 /// digits.

@@ -1,16 +1,10 @@
 //! Distances of convex pieces from noisy meshes, against all axes and all pairs of features.
 
-#![allow(clippy::disallowed_methods)]
-
-#[path = "../../../tests/common/campaign.rs"]
-mod campaign;
-
-use campaign::size;
-use nalgebra::{Rotation3, Vector3};
+use crate::campaign::size;
+use crate::common::prelude::*;
 use rand_mt::Mt64;
 use tumble_core::geometry::mesh::Mesh;
-use tumble_core::geometry::{Hint, Hull, PairScratch, Piece, signed_distance};
-use tumble_core::mechanics::Pose;
+use tumble_core::geometry::{Hint, Hull, PairScratch, signed_distance};
 
 type V = Vector3<f64>;
 
@@ -243,7 +237,7 @@ fn box_in_single_precision(draw: &mut Draw, sides: [f64; 3]) -> Piece {
 }
 
 fn distance(a: &Piece, b: (&Piece, &Pose)) -> (f64, V) {
-    let still = Pose { position: V::zeros(), rotation: nalgebra::Matrix3::identity() };
+    let still = Pose { position: V::zeros(), rotation: Matrix3::identity() };
     let found = signed_distance((a, &still), b, &mut Hint::default(), &mut PairScratch::default());
     (found.distance, found.axis)
 }

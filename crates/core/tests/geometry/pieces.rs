@@ -3,12 +3,11 @@
 // Every test program compiles this file separately and uses only a part of it.
 #![allow(dead_code)]
 
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use crate::common::prelude::*;
 use rand_mt::Mt64;
 use tumble_core::geometry::{
-    Hint, ManifoldPoint, PairScratch, Piece, PieceSide, Separation, manifold, signed_distance,
+    Hint, ManifoldPoint, PairScratch, PieceSide, Separation, manifold, signed_distance,
 };
-use tumble_core::mechanics::Pose;
 
 pub type V = Vector3<f64>;
 
@@ -86,7 +85,7 @@ impl Draw {
         V::from_fn(|_, _| self.between(0.1, 0.6))
     }
 
-    fn cloud(&mut self, radius: f64) -> Result<Piece, tumble_core::error::Error> {
+    fn cloud(&mut self, radius: f64) -> Result<Piece, Error> {
         let count = 5 + self.below(20);
         let points: Vec<V> = (0..count).map(|_| self.vector(0.6)).collect();
         Piece::hull(&points, radius)

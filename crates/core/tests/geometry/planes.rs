@@ -2,17 +2,11 @@
 //! offset is the rotated motion. Holds for both solvers.
 
 use crate::common;
+use crate::common::prelude::*;
 
-use nalgebra::{Matrix3, Vector3, Vector4};
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
-use tumble_core::contact::Plane;
-use tumble_core::contact::certificate::{Certifier, Claim};
-use tumble_core::mechanics::quaternion::{left, rotation};
-use tumble_core::mechanics::{Load, Polyline, RigidBody, State, Wrench};
-use tumble_core::simulation::{Interval, Motion, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Parameters, World};
+use tumble_core::simulation::Interval;
 
 /// Rotation of the world, and a translation.
 #[derive(Debug)]

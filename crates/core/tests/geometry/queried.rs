@@ -1,10 +1,7 @@
 //! Random worlds for the tests of queries.
 
+use crate::common::prelude::*;
 use crate::pieces::*;
-use nalgebra::{Matrix3, UnitQuaternion, Vector4};
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::{Pose, RigidBody, Rotation, State};
-use tumble_core::world::{Fixed, Parameters, Partner, Plane, World};
 
 /// World and states of the bodies.
 pub struct Queried {
@@ -18,23 +15,16 @@ pub fn body(pieces: Vec<Piece>) -> RigidBody {
 
 pub fn world(bodies: Vec<RigidBody>, ground: Option<Plane>, fixed: Vec<Piece>) -> World {
     let fixed = fixed.into_iter().map(|piece| Fixed { piece, friction: None }).collect();
-    World::new(Parameters {
-        bodies,
-        ground,
-        gravity: v(0.0, 0.0, -9.81),
-        friction: 0.5,
-        time_step: 0.002,
-        rotation: Rotation::Momentum,
-    })
-    .unwrap()
-    .with_fixed(fixed)
-    .unwrap()
+    World::new(Parameters { ground, gravity: v(0.0, 0.0, -9.81), ..Parameters::new(bodies) })
+        .unwrap()
+        .with_fixed(fixed)
+        .unwrap()
 }
 
 pub fn state_at(pose: &Pose) -> State {
     let turned = UnitQuaternion::from_matrix(&pose.rotation);
     let attitude = Vector4::new(turned.w, turned.i, turned.j, turned.k);
-    State { position: pose.position, attitude, velocity: V::zeros(), spin: V::zeros() }
+    State { attitude, ..State::at_rest(pose.position) }
 }
 
 /// Bodies of one to three pieces and fixed pieces in a cube of side 2 `size`.

@@ -1,12 +1,9 @@
 //! Rays against closed forms, and rays that graze, start inside or run along faces.
 
+use crate::common::prelude::*;
 use crate::pieces::*;
 use crate::queried::{body, state_at, world};
-use tumble_core::error::Error;
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::Pose;
 use tumble_core::query::{Query, Ray, RayHit};
-use tumble_core::world::{Partner, Plane};
 
 /// Error of the end of a ray over a few metres (m). The rounding errors of its terms are 1e-15.
 pub const ROUNDING: f64 = 1e-13;
@@ -238,8 +235,8 @@ fn rays_along_faces_and_through_corners() {
 #[test]
 fn bodies_of_points_are_never_hit() {
     let points = [v(0.1, 0.0, 0.0), v(-0.1, 0.0, 0.0)];
-    let inertia = nalgebra::Matrix3::identity() * 0.01;
-    let dots = tumble_core::mechanics::RigidBody::new(1.0, inertia, &points).unwrap();
+    let inertia = Matrix3::identity() * 0.01;
+    let dots = RigidBody::new(1.0, inertia, &points).unwrap();
     let world = world(vec![dots], None, Vec::new());
     let query = Query::new(&world, &[state_at(&at(0.0, 0.0, 0.0))]).unwrap();
     assert!(query.cast_ray(&ray(v(0.1, 0.0, 3.0), -V::z()), |_| true).is_none());

@@ -1,11 +1,11 @@
 //! Axes and contact points of pairs with cylinders, cones and ellipsoids.
 
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use crate::common::prelude::*;
+use nalgebra::Quaternion;
 use std::f64::consts::{PI, TAU};
 use tumble_core::geometry::{
-    Hint, PairScratch, Piece, PieceSide, RayCaster, closest_points, manifold, signed_distance,
+    Hint, PairScratch, PieceSide, RayCaster, closest_points, manifold, signed_distance,
 };
-use tumble_core::mechanics::Pose;
 
 /// A source of numbers from −1 to 1.
 struct Draw(rand_mt::Mt);
@@ -155,7 +155,7 @@ fn pairs_that_are_apart_have_their_distance() {
 /// Rays enter the lateral surface and the end of a cylinder, and an ellipsoid, where they should.
 #[test]
 fn rays_enter_smooth_shapes_at_their_surface() {
-    let pose = Pose { position: Vector3::zeros(), rotation: nalgebra::Matrix3::identity() };
+    let pose = Pose { position: Vector3::zeros(), rotation: Matrix3::identity() };
     let mut caster = RayCaster::new().unwrap();
     let mut enter = |piece: &Piece, from: Vector3<f64>, along: Vector3<f64>| {
         caster.enter(piece, &pose, &from, &along).map(|entry| entry.distance)

@@ -1,14 +1,14 @@
 //! The broad phase against all pairs, bounding boxes against the points of their pieces, and both
 //! phases without allocation.
 
+use crate::common::prelude::*;
 use crate::pieces::*;
 use allocation_counter::measure;
-use nalgebra::Vector4;
 use tumble_core::geometry::{
-    Aabb, Advance, Hint, Moving, PairScratch, Piece, PieceSide, Sweep, first_overlap, manifold,
-    overlap, signed_distance, travel,
+    Aabb, Advance, Hint, Moving, PairScratch, PieceSide, Sweep, first_overlap, manifold, overlap,
+    signed_distance, travel,
 };
-use tumble_core::mechanics::{State, Trajectory};
+use tumble_core::mechanics::Trajectory;
 
 fn boxes(draw: &mut Draw, count: usize, spread: V) -> Vec<Aabb> {
     let place = |draw: &mut Draw| {

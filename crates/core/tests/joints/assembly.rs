@@ -1,25 +1,13 @@
 //! Starts that do not fit their joints, and the least change that makes them fit.
 
-use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble_core::joint::{Drive, Joint, JointFrame};
-use tumble_core::mechanics::quaternion::rotation;
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::world::{Parameters, World};
+use crate::common::prelude::*;
 
 fn bar(mass: f64, half: Vector3<f64>) -> RigidBody {
     RigidBody::solid_box(mass, half).unwrap()
 }
 
 fn world(bodies: Vec<RigidBody>, joints: Vec<Joint>) -> World {
-    let parameters = Parameters {
-        bodies,
-        ground: None,
-        gravity: Vector3::new(0.0, 0.0, -9.81),
-        friction: 0.5,
-        time_step: 1e-3,
-        rotation: Rotation::Momentum,
-    };
+    let parameters = Parameters { ground: None, time_step: 1e-3, ..Parameters::new(bodies) };
     World::new(parameters).unwrap().with_joints(joints).unwrap()
 }
 

@@ -1,12 +1,7 @@
 //! Ball joints with a cone. Within the cone they are plain ball joints, for any rotation and any
 //! start.
 
-use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble_core::contact::certificate::{Certifier, Claim};
-use tumble_core::joint::{Drive, Joint, JointFrame};
-use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::world::{Parameters, World};
+use crate::common::prelude::*;
 
 const H: f64 = 0.002;
 
@@ -19,18 +14,14 @@ fn pair(joint: Joint) -> World {
     let (ground, gravity) = (None, Vector3::zeros());
     let bodies = vec![body(), body()];
     let rotation = Rotation::Momentum;
-    let parameters = Parameters { bodies, ground, gravity, friction: 0.5, time_step: H, rotation };
+    let parameters =
+        Parameters { ground, gravity, time_step: H, rotation, ..Parameters::new(bodies) };
     let world = World::new(parameters).unwrap().with_joints(vec![joint]).unwrap();
     world.with_untouched(0).unwrap().with_untouched(1).unwrap()
 }
 
 fn states() -> Vec<State> {
-    let at = |x: f64| State {
-        position: Vector3::new(x, 0.0, 0.0),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
-    };
+    let at = |x: f64| State::at_rest(Vector3::new(x, 0.0, 0.0));
     vec![at(0.0), at(0.4)]
 }
 
@@ -39,7 +30,7 @@ fn frames(axis: Vector3<f64>, swing: f64) -> [JointFrame; 2] {
     let a = JointFrame::along(Vector3::new(0.2, 0.0, 0.0), axis).unwrap();
     let b = JointFrame::along(Vector3::new(-0.2, 0.0, 0.0), axis).unwrap();
     let turn = Vector4::new((0.5 * swing).cos(), (0.5 * swing).sin(), 0.0, 0.0);
-    let attitude = tumble_core::mechanics::quaternion::left(&b.attitude) * turn;
+    let attitude = left(&b.attitude) * turn;
     [a, JointFrame { attitude, ..b }]
 }
 

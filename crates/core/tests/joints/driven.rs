@@ -1,15 +1,9 @@
 //! Motors and forces set between steps or over time, and bodies with prescribed motion, against
 //! closed forms.
 
-use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble_core::contact::Plane;
-use tumble_core::geometry::Piece;
-use tumble_core::joint::{Course, Drive, Joint, JointAxis, JointFrame, JointLoad, Knots, Motor};
-use tumble_core::mechanics::{Polyline, RigidBody, Rotation, State};
+use crate::common::prelude::*;
+use tumble_core::joint::{Course, JointLoad, Knots};
 use tumble_core::simulation::save::Saved;
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Fixed, Integrator, Parameters, Partner, World};
 
 const G: f64 = 9.81;
 const H: f64 = 1e-3;
@@ -21,21 +15,11 @@ fn solid(mass: f64, half: Vector3<f64>) -> RigidBody {
 
 fn parameters(bodies: Vec<RigidBody>, gravity: f64) -> Parameters {
     Parameters {
-        bodies,
         ground: None,
         gravity: Vector3::new(0.0, 0.0, -gravity),
         friction: 0.4,
         time_step: H,
-        rotation: Rotation::Momentum,
-    }
-}
-
-fn at(position: Vector3<f64>) -> State {
-    State {
-        position,
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
+        ..Parameters::new(bodies)
     }
 }
 
@@ -80,7 +64,8 @@ fn a_joint_rests_until_its_static_friction() {
             .with_integrator(Integrator::Euler);
         let world = world.with_integrator(integrator).with_joints(vec![joint]).unwrap();
         let motion = Motion::native(&world);
-        let mut simulation = Simulation::new(world, [at(Vector3::zeros())], motion).unwrap();
+        let mut simulation =
+            Simulation::new(world, [State::at_rest(Vector3::zeros())], motion).unwrap();
         let knots = vec![(0.0, Vector3::zeros()), (1.0, Vector3::z())];
         let torque = Polyline::new(knots).unwrap();
         simulation.set_joint_load(0, JointLoad { torque, ..JointLoad::default() }).unwrap();
@@ -106,7 +91,7 @@ fn a_joint_that_turns_around_holds() {
         let drive = Drive { friction: 1.0, static_friction: Some(5.0), force: -3.5, ..Drive::NONE };
         let world = slide(1.0, drive).with_integrator(integrator);
         let speed = 0.1 + 0.0013 * f64::from(number);
-        let start = State { velocity: Vector3::x() * speed, ..at(Vector3::zeros()) };
+        let start = State { velocity: Vector3::x() * speed, ..State::at_rest(Vector3::zeros()) };
         let motion = Motion::native(&world);
         let mut simulation = Simulation::new(world, [start], motion).unwrap();
         let mut record = StepRecord::new();
@@ -125,8 +110,10 @@ fn a_joint_that_turns_around_holds() {
 fn a_force_is_set_from_step_to_step_and_over_time() {
     let force = |t: f64| 3.0 - 40.0 * t;
     let world = slide(2.0, Drive::NONE);
-    let simulation =
-        || Simulation::new(world.clone(), [at(Vector3::zeros())], Motion::native(&world)).unwrap();
+    let simulation = || {
+        Simulation::new(world.clone(), [State::at_rest(Vector3::zeros())], Motion::native(&world))
+            .unwrap()
+    };
     let (mut set, mut timed, mut record) = (simulation(), simulation(), StepRecord::new());
     let knots = vec![(0.0, force(0.0)), (0.2, force(0.2))];
     let knots = knots.into_iter().map(|(t, f)| (t, Vector3::z() * f)).collect();
@@ -152,7 +139,8 @@ fn a_force_is_set_from_step_to_step_and_over_time() {
 fn a_motor_follows_a_target_that_changes() {
     let world = slide(2.0, Drive { friction: 1.0, ..Drive::NONE });
     let mut simulation =
-        Simulation::new(world.clone(), [at(Vector3::zeros())], Motion::native(&world)).unwrap();
+        Simulation::new(world.clone(), [State::at_rest(Vector3::zeros())], Motion::native(&world))
+            .unwrap();
     let mut record = StepRecord::new();
     for k in 0..300 {
         let target = (0.02 * f64::from(k)).sin();
@@ -183,7 +171,8 @@ fn a_motor_follows_a_target_that_changes() {
 fn an_armature_is_inertia_of_its_axis() {
     let world = slide(2.0, Drive { armature: 3.0, force: 10.0, ..Drive::NONE });
     let mut simulation =
-        Simulation::new(world.clone(), [at(Vector3::zeros())], Motion::native(&world)).unwrap();
+        Simulation::new(world.clone(), [State::at_rest(Vector3::zeros())], Motion::native(&world))
+            .unwrap();
     let mut record = StepRecord::new();
     for k in 1..=500 {
         step(&mut simulation, &mut record);
@@ -207,7 +196,8 @@ fn an_armature_is_inertia_of_its_axis() {
         .with_joints(vec![hinge])
         .unwrap();
     let mut simulation =
-        Simulation::new(world.clone(), [at(Vector3::zeros())], Motion::native(&world)).unwrap();
+        Simulation::new(world.clone(), [State::at_rest(Vector3::zeros())], Motion::native(&world))
+            .unwrap();
     for _ in 0..6000 {
         step(&mut simulation, &mut record);
     }
@@ -244,7 +234,7 @@ fn light_links_with_heavy_rotors_take_few_iterations() {
         .with_integrator(Integrator::Euler)
         .with_joints(joints)
         .unwrap();
-    let starts = [0.0, 0.35, 0.75, -0.35, -0.75].map(|x| at(Vector3::new(x, 0.0, 0.0)));
+    let starts = [0.0, 0.35, 0.75, -0.35, -0.75].map(|x| State::at_rest(Vector3::new(x, 0.0, 0.0)));
     let mut simulation = Simulation::new(world.clone(), starts, Motion::native(&world)).unwrap();
     let mut record = StepRecord::new();
     for _ in 0..500 {
@@ -260,7 +250,8 @@ fn light_links_with_heavy_rotors_take_few_iterations() {
 fn invalid_drive_settings_are_rejected() {
     let world = slide(2.0, Drive { force: 1.0, ..Drive::NONE });
     let mut simulation =
-        Simulation::new(world.clone(), [at(Vector3::zeros())], Motion::native(&world)).unwrap();
+        Simulation::new(world.clone(), [State::at_rest(Vector3::zeros())], Motion::native(&world))
+            .unwrap();
     let mut refused = |joint: usize, axis: JointAxis, drive: Drive| {
         simulation.set_drive(joint, axis, drive).unwrap_err().to_string()
     };
@@ -293,7 +284,7 @@ fn tray_and_box(friction: f64) -> (World, [State; 2]) {
         .with_integrator(Integrator::Euler)
         .with_joints(vec![joint])
         .unwrap();
-    (world, [at(place), at(Vector3::new(0.0, 0.0, 0.02))])
+    (world, [State::at_rest(place), State::at_rest(Vector3::new(0.0, 0.0, 0.02))])
 }
 
 /// Checks a box on an accelerating tray. It stays for a < μ g, and otherwise slips by ½ (a − μ g)
@@ -461,7 +452,7 @@ fn a_pusher_pushes_with_what_friction_takes() {
         .with_joints(vec![joint])
         .unwrap();
     let world = world.with_friction_between(1, Partner::Body(0), 0.0).unwrap();
-    let states = [at(place), at(Vector3::new(0.0, 0.0, 0.1))];
+    let states = [State::at_rest(place), State::at_rest(Vector3::new(0.0, 0.0, 0.1))];
     let mut simulation = Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
     let velocity = Vector3::x() * 0.5;
     simulation.set_course(0, Course::Steady { velocity, spin: Vector3::zeros() }).unwrap();
@@ -508,9 +499,9 @@ fn a_conveyor_takes_a_box_along() {
     ];
     for (number, (world, carried)) in worlds.into_iter().enumerate() {
         let height = if carried == 1 { 0.02 } else { 0.05 };
-        let mut states = vec![at(Vector3::new(0.0, 0.0, height))];
+        let mut states = vec![State::at_rest(Vector3::new(0.0, 0.0, height))];
         if carried == 1 {
-            states.insert(0, at(Vector3::new(0.0, 0.0, -0.05)));
+            states.insert(0, State::at_rest(Vector3::new(0.0, 0.0, -0.05)));
         }
         let mut simulation =
             Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
@@ -549,7 +540,7 @@ fn a_ball_on_a_belt_rolls_at_two_sevenths_of_it() {
         on_ground.with_surface(Partner::Ground, belt).unwrap(),
         on_rail.with_surface(Partner::Fixed(0), belt).unwrap(),
     ] {
-        let start = at(Vector3::new(0.0, 0.0, radius));
+        let start = State::at_rest(Vector3::new(0.0, 0.0, radius));
         let mut simulation =
             Simulation::new(world.clone(), [start], Motion::native(&world)).unwrap();
         let mut record = StepRecord::new();
@@ -580,7 +571,7 @@ fn settings_changed_during_a_run_are_saved() {
         .with_joints(joints)
         .unwrap();
     let made = || {
-        let starts = [0.0, 2.0, 2.3].map(|z| at(Vector3::new(0.0, 0.0, z)));
+        let starts = [0.0, 2.0, 2.3].map(|z| State::at_rest(Vector3::new(0.0, 0.0, z)));
         Simulation::new(world.clone(), starts, Motion::native(&world)).unwrap()
     };
     let run = |restored: Option<u32>| {
@@ -629,7 +620,7 @@ fn a_link_without_weight_turns_as_its_motor() {
         Joint::revolute(1, Some(0), [frame(0.0, Vector3::z()), frame(0.2, Vector3::z())], drive),
     ];
     let world = World::new(parameters(bodies, G)).unwrap().with_joints(joints).unwrap();
-    let starts = vec![at(Vector3::zeros()), at(Vector3::x() * 0.2)];
+    let starts = vec![State::at_rest(Vector3::zeros()), State::at_rest(Vector3::x() * 0.2)];
     let mut simulation = Simulation::new(world.clone(), starts, Motion::native(&world)).unwrap();
     let mut record = StepRecord::new();
     (0..500).for_each(|_| step(&mut simulation, &mut record));

@@ -1,13 +1,7 @@
 //! Gears: coordinates of two joints that are coupled to rounding, with motions in closed form.
 
-use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble_core::contact::certificate::{Certifier, Claim};
-use tumble_core::geometry::Piece;
-use tumble_core::joint::{Drive, Gear, GearAxis, Joint, JointAxis, JointFrame, Motor};
-use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble_core::simulation::{Motion, Simulation, StepRecord, energy};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Integrator, Parameters, World};
+use crate::common::prelude::*;
+use tumble_core::simulation::energy;
 
 const G: f64 = 9.81;
 const H: f64 = 1e-3;
@@ -19,12 +13,10 @@ fn body(mass: f64, moments: [f64; 3]) -> RigidBody {
 
 fn world(bodies: Vec<RigidBody>, joints: Vec<Joint>, gravity: f64) -> World {
     let parameters = Parameters {
-        bodies,
         ground: None,
         gravity: Vector3::new(0.0, 0.0, -gravity),
-        friction: 0.5,
         time_step: H,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(bodies)
     };
     World::new(parameters).unwrap().with_integrator(Integrator::Euler).with_joints(joints).unwrap()
 }

@@ -1,14 +1,8 @@
 //! Universal joints and gimbals. Every angle is held, driven and limited like a hinge angle.
 
-use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble_core::joint::{
-    Axis, Drive, Hinges, Joint, JointAxis, JointForce, JointFrame, Middle, Motor,
-};
-use tumble_core::mechanics::quaternion::{left, rotation};
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord, energy};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Integrator, Parameters, World};
+use crate::common::prelude::*;
+use tumble_core::joint::{Hinges, JointForce, Middle};
+use tumble_core::simulation::energy;
 
 const G: f64 = 9.81;
 
@@ -20,12 +14,10 @@ fn brick(mass: f64, half: Vector3<f64>) -> RigidBody {
 
 fn world(bodies: Vec<RigidBody>, joints: Vec<Joint>, gravity: f64, time_step: f64) -> World {
     let parameters = Parameters {
-        bodies,
         ground: None,
         gravity: Vector3::new(0.0, 0.0, -gravity),
-        friction: 0.5,
         time_step,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(bodies)
     };
     World::new(parameters).unwrap().with_integrator(Integrator::Euler).with_joints(joints).unwrap()
 }

@@ -1,13 +1,7 @@
 //! Joints: locked axes hold to rounding, and mechanisms move as closed forms predict.
 
-use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble_core::contact::Plane;
-use tumble_core::geometry::Piece;
-use tumble_core::joint::{Drive, Joint, JointForce, JointFrame, Motor};
-use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Fixed, Integrator, Parameters, World};
+use crate::common::prelude::*;
+use tumble_core::joint::JointForce;
 
 const G: f64 = 9.81;
 
@@ -19,23 +13,12 @@ fn bar(mass: f64, half: Vector3<f64>) -> RigidBody {
 
 fn world(bodies: Vec<RigidBody>, joints: Vec<Joint>, time_step: f64) -> World {
     let parameters = Parameters {
-        bodies,
         ground: None,
         gravity: Vector3::new(0.0, 0.0, -G),
-        friction: 0.5,
         time_step,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(bodies)
     };
     World::new(parameters).unwrap().with_integrator(Integrator::Euler).with_joints(joints).unwrap()
-}
-
-fn at(position: Vector3<f64>) -> State {
-    State {
-        position,
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
-    }
 }
 
 /// Runs `steps` steps and returns the last record. Every step must be solved and certified.
@@ -78,8 +61,8 @@ fn pendulum(time_step: f64, drive: Drive) -> (World, State) {
     let world =
         world(vec![bar(2.0, half)], vec![Joint::revolute(0, None, frames, drive)], time_step);
     let attitude = about_y(1.0);
-    let arm = tumble_core::mechanics::quaternion::rotation(&attitude) * top;
-    let state = State { attitude, ..at(Vector3::new(0.0, 0.0, 2.0) - arm) };
+    let arm = rotation(&attitude) * top;
+    let state = State { attitude, ..State::at_rest(Vector3::new(0.0, 0.0, 2.0) - arm) };
     (world, state)
 }
 
@@ -173,7 +156,7 @@ fn a_force_too_much_counts_as_the_speed_that_it_makes() {
     let slide = Joint::prismatic(0, Some(1), [along; 2], drive);
     let bodies = [1000.0, 1.0].map(|mass| bar(mass, Vector3::repeat(0.1)));
     let pair = world(bodies.to_vec(), vec![slide], h);
-    let states = [at(Vector3::zeros()); 2];
+    let states = [State::at_rest(Vector3::zeros()); 2];
     let force =
         JointForce { force: Vector3::z() * (most + excess), ..JointForce::none(Vector3::zeros()) };
     let found =
@@ -226,7 +209,8 @@ fn a_chain_keeps_its_joints() {
         Joint::spherical(k, Some(k - 1), [JointFrame::at(ends[0]), JointFrame::at(ends[1])])
     }));
     let world = world(vec![body; links], joints, 1e-3);
-    let states = (0..links).map(|k| at(Vector3::new(half * (2 * k + 1) as f64, 0.0, 5.0)));
+    let states =
+        (0..links).map(|k| State::at_rest(Vector3::new(half * (2 * k + 1) as f64, 0.0, 5.0)));
     let mut simulation = Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
     let start = tumble_core::simulation::energy::total(&world, simulation.states());
     let mut iterations = 0;
@@ -268,7 +252,7 @@ fn a_free_chain_keeps_its_momenta() {
     let spin = Vector3::new(1.0, 3.0, -2.0);
     let states = (0..5).map(|k| {
         let place = Vector3::x() * (0.3 * f64::from(k));
-        State { velocity: spin.cross(&place), spin, ..at(place) }
+        State { velocity: spin.cross(&place), spin, ..State::at_rest(place) }
     });
     let mut simulation = Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
     // P = Σ m v, L = Σ m r × v + A P⁻(ω), with positions and velocities of the same state.
@@ -307,7 +291,7 @@ fn a_door_shares_its_weight_by_the_length_of_its_hinges() {
     let force = |length: f64| {
         let joints = [0.5 * apart, -0.5 * apart].map(|z| hinge(z).with_length(length));
         let world = world(vec![door.clone()], joints.to_vec(), 1e-3);
-        let state = at(Vector3::zeros());
+        let state = State::at_rest(Vector3::zeros());
         let mut simulation =
             Simulation::new(world.clone(), [state], Motion::native(&world)).unwrap();
         let record = run(&mut simulation, 20);
@@ -340,7 +324,7 @@ fn a_mechanism_touches_the_ground() {
         .with_integrator(Integrator::Euler)
         .with_joints(vec![joint])
         .unwrap();
-    let state = at(Vector3::new(0.5, 0.0, 0.3));
+    let state = State::at_rest(Vector3::new(0.5, 0.0, 0.3));
     let mut simulation = Simulation::new(world.clone(), [state], Motion::native(&world)).unwrap();
     let record = run(&mut simulation, 1500);
     let low = world.lowest_height(record.next_states());
@@ -371,7 +355,7 @@ fn a_pendulum_meets_a_wall_on_its_way() {
         let wall = Piece::cuboid(Vector3::new(0.005, 1.0, 2.0)).unwrap();
         let piece = wall.moved_by(&Matrix3::identity(), &place).unwrap();
         let world = free.clone().with_fixed(vec![Fixed { piece, friction: None }]).unwrap();
-        let mut state = at(Vector3::zeros());
+        let mut state = State::at_rest(Vector3::zeros());
         state.velocity = Vector3::x() * speed;
         state.spin = Vector3::y() * -speed;
         let mut simulation =
@@ -398,7 +382,7 @@ fn tied_bodies_do_not_touch() {
     let cube = bar(1.0, Vector3::repeat(0.1));
     let frames = [JointFrame::at(Vector3::zeros()), JointFrame::at(Vector3::new(0.15, 0.0, 0.0))];
     let joint = Joint::revolute(1, Some(0), frames, Drive::NONE);
-    let states = [at(Vector3::zeros()), at(Vector3::new(0.15, 0.0, 0.0))];
+    let states = [State::at_rest(Vector3::zeros()), State::at_rest(Vector3::new(0.15, 0.0, 0.0))];
     let start = |joint: Joint| {
         let world = world(vec![cube.clone(), cube.clone()], vec![joint], 1e-3);
         Simulation::new(world.clone(), states, Motion::native(&world)).map(|_| ())
@@ -423,7 +407,8 @@ fn invalid_joints_are_rejected() {
     assert!(refused(Joint::prismatic(0, None, [frame; 2], drive)).contains("upper limit"));
     let far = JointFrame::at(Vector3::new(0.0, 0.0, 0.01));
     let world = plain.with_joints(vec![Joint::fixed(0, None, [frame, far])]).unwrap();
-    let apart = Simulation::new(world.clone(), [at(Vector3::zeros())], Motion::native(&world));
+    let apart =
+        Simulation::new(world.clone(), [State::at_rest(Vector3::zeros())], Motion::native(&world));
     let apart = apart.map(|_| ()).unwrap_err().to_string();
     assert!(apart.contains("1.000e-2 m"), "{apart}");
     assert!(JointFrame::along(Vector3::zeros(), Vector3::zeros()).is_err());
@@ -437,9 +422,9 @@ fn a_universal_joint_turns_as_a_cardan_shaft() {
     let shaft = || bar(1.0, Vector3::new(0.02, 0.02, 0.3));
     let along = Vector3::new(bend.sin(), 0.0, bend.cos());
     let second = Vector4::new((0.5 * bend).cos(), 0.0, (0.5 * bend).sin(), 0.0);
-    let turned = |q: &Vector4<f64>| tumble_core::mechanics::quaternion::rotation(q);
+    let turned = |q: &Vector4<f64>| rotation(q);
     let tip = Vector3::new(0.0, 0.0, 0.3);
-    let states = [at(-tip), State { attitude: second, ..at(along * 0.3) }];
+    let states = [State::at_rest(-tip), State { attitude: second, ..State::at_rest(along * 0.3) }];
     // Both shafts rotate in bearings of the world about their own axes. The first one is driven.
     let motor = Drive { motor: Some(Motor::Speed { target: 5.0, max_force: 1e3 }), ..Drive::NONE };
     let first = Joint::revolute(0, None, [JointFrame::at(-tip), JointFrame::at(-2.0 * tip)], motor);
@@ -486,7 +471,7 @@ fn a_ball_joint_keeps_its_cone_and_its_twist() {
         let frames = [JointFrame::at(top), JointFrame::at(Vector3::zeros())];
         let world =
             world(vec![bar(2.0, half)], vec![Joint::ball(0, None, frames, cone, limits)], 1e-3);
-        let mut state = at(-top);
+        let mut state = State::at_rest(-top);
         // A constant push to the side.
         let push = Vector3::new(direction.cos(), direction.sin(), 0.0);
         let mut simulation =
@@ -496,15 +481,14 @@ fn a_ball_joint_keeps_its_cone_and_its_twist() {
         for _ in 0..30 {
             let record = run(&mut simulation, 100);
             state = *record.next();
-            let z = tumble_core::mechanics::quaternion::rotation(&state.attitude) * Vector3::z();
+            let z = rotation(&state.attitude) * Vector3::z();
             let swing = z.xy().norm().atan2(z[2]);
             assert!(swing < cone + 1e-12, "{swing}");
             assert!(error(&world, &[state]) < 1e-13);
         }
         let record = run(&mut simulation, 1);
         let joint = record.first().solution.joints[0];
-        let z =
-            tumble_core::mechanics::quaternion::rotation(&record.next().attitude) * Vector3::z();
+        let z = rotation(&record.next().attitude) * Vector3::z();
         // The cone carries the moment of the push and the weight. The rod's top leans against the
         // push, so that its lower end moves with it.
         let lean = -push.dot(&z);
@@ -538,8 +522,9 @@ fn a_taut_chain_is_as_stable_as_its_record_tells() {
         let bob = [frame(Vector3::zeros()), frame(-end)];
         joints.push(Joint::spherical(count, Some(count - 1), bob));
         let world = world(bodies, joints, h);
-        let mut states: Vec<_> = (0..count).map(|k| at(-end * (2 * k + 1) as f64)).collect();
-        states.push(at(-end * (2 * count) as f64));
+        let mut states: Vec<_> =
+            (0..count).map(|k| State::at_rest(-end * (2 * k + 1) as f64)).collect();
+        states.push(State::at_rest(-end * (2 * count) as f64));
         // A small sideways velocity.
         states[count].velocity = Vector3::x() * 1e-6;
         let (states, _) = world.assemble(&states).unwrap();
@@ -588,20 +573,14 @@ fn corner_forces_are_equal_again_after_a_torque() {
         [hinge(Vector3::new(0.0, 0.0, 0.05)), hinge(Vector3::new(0.0, 0.0, 0.1))],
         Drive::NONE,
     );
-    let parameters = Parameters {
-        bodies,
-        ground: Some(Plane::level()),
-        gravity: Vector3::new(0.0, 0.0, -G),
-        friction: 0.5,
-        time_step: 2e-3,
-        rotation: Rotation::Momentum,
-    };
+    let parameters = Parameters { gravity: Vector3::new(0.0, 0.0, -G), ..Parameters::new(bodies) };
     let world = World::new(parameters)
         .unwrap()
         .with_integrator(Integrator::Euler)
         .with_joints(vec![joint])
         .unwrap();
-    let states = [at(Vector3::new(0.0, 0.0, 0.1)), at(Vector3::new(0.0, 0.0, 0.15))];
+    let states =
+        [State::at_rest(Vector3::new(0.0, 0.0, 0.1)), State::at_rest(Vector3::new(0.0, 0.0, 0.15))];
     let mut simulation = Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
     let corners = |record: &StepRecord| {
         let of_box = record.first().contacts.iter().zip(&record.first().solution.contacts);

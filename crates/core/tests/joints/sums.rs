@@ -1,13 +1,8 @@
 //! Laws on sums of coordinates: springs, limits, friction and motors on x₁ + 2 x₂, against closed
 //! forms and virtual work.
 
-use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble_core::contact::certificate::{Certifier, Claim};
-use tumble_core::joint::{Drive, Gear, GearAxis, Joint, JointAxis, JointFrame, Motor};
-use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble_core::simulation::{Motion, Simulation, StepRecord, energy};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Integrator, Parameters, World};
+use crate::common::prelude::*;
+use tumble_core::simulation::energy;
 
 const H: f64 = 1e-3;
 const MASSES: [f64; 2] = [2.0, 3.0];
@@ -24,12 +19,10 @@ fn pair(drives: [Drive; 2], hinges: bool, gear: impl Fn([GearAxis; 2]) -> Gear) 
     let moments = Matrix3::from_diagonal_element(MOMENT);
     let body = |mass| RigidBody::new(mass, moments, &[Vector3::repeat(0.05)]).unwrap();
     let parameters = Parameters {
-        bodies: MASSES.map(body).into(),
         ground: None,
         gravity: Vector3::zeros(),
-        friction: 0.5,
         time_step: H,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(MASSES.map(body).into())
     };
     let joint = |index: usize| {
         let of_b = JointFrame::at(Vector3::new(index as f64, 0.0, 0.0));

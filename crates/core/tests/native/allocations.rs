@@ -1,16 +1,10 @@
 //! Checks that steps of the native solver allocate no memory after warm-up. A step is warm if an
 //! earlier one had at least as many contacts.
 
+use crate::common::prelude::*;
 use crate::toss::*;
 use allocation_counter::measure;
-use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::TAU;
-use tumble_core::contact::Candidates;
-use tumble_core::mechanics::{RigidBody, State, Wrench};
-use tumble_core::simulation::StepRecord;
-use tumble_core::solver::native::NativeSolver;
-use tumble_core::step::{Step, StepSolution, StepSolver, StepStatus};
-use tumble_core::world::World;
 
 /// Number of solutions that a simulation stores: the one being computed, the last one and two
 /// earlier ones. A step reuses the memory of the fourth step before it.
@@ -84,17 +78,16 @@ fn a_step_that_seeks_a_share_allocates_nothing() {
     let rod = RigidBody::solid_box(1.0, Vector3::new(0.02, 0.02, 0.5)).unwrap();
     let start = |place: usize| State {
         position: Vector3::new(0.0, 3.0 * place as f64, 0.45 + 0.3 * place as f64),
-        attitude: nalgebra::Vector4::new(f64::cos(0.3), 0.0, f64::sin(0.3), 0.0),
+        attitude: Vector4::new(f64::cos(0.3), 0.0, f64::sin(0.3), 0.0),
         velocity: Vector3::new(1.5, 0.0, -2.0),
         spin: Vector3::new(0.0, 1.0, 0.0),
     };
     let bodies = vec![rod.clone(); 4];
-    let parameters = tumble_core::world::Parameters { bodies, friction: 1.0, ..parameters(rod) };
+    let parameters = Parameters { bodies, friction: 1.0, ..parameters(rod) };
     let world = World::new(parameters).unwrap().with_restitution(1.0).unwrap();
-    let motion = tumble_core::simulation::Motion::native(&world);
+    let motion = Motion::native(&world);
     let starts = (0..4).map(start);
-    let mut simulation =
-        tumble_core::simulation::Simulation::new(world.clone(), starts, motion).unwrap();
+    let mut simulation = Simulation::new(world.clone(), starts, motion).unwrap();
     let mut record = StepRecord::new();
     let (mut sought, mut most) = (0, [None; KEPT]);
     for k in 0..600 {
@@ -127,24 +120,17 @@ fn driven_joints_allocate_nothing() {
     );
     let mut bodies = vec![tray];
     bodies.extend((1..5).map(|_| link.clone()));
-    let parameters =
-        tumble_core::world::Parameters { bodies, ground: None, friction: 0.5, ..parameters(link) };
+    let parameters = Parameters { bodies, ground: None, friction: 0.5, ..parameters(link) };
     let world = World::new(parameters).unwrap().with_joints(joints).unwrap();
     let at = |position: Vector3<f64>| State {
-        position,
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
-        attitude: nalgebra::Vector4::new(1.0, 0.0, 0.0, 0.0),
+        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
+        ..State::at_rest(position)
     };
     let links = (0..4).map(|k| at(Vector3::new(0.3 * f64::from(k) - 0.5, 0.0, 0.07)));
     let states = std::iter::once(at(Vector3::zeros())).chain(links);
-    let motion = tumble_core::simulation::Motion::native(&world);
-    let mut simulation =
-        tumble_core::simulation::Simulation::new(world.clone(), states, motion).unwrap();
-    let line = tumble_core::mechanics::Polyline::new(vec![
-        (0.0, Vector3::zeros()),
-        (0.5, Vector3::z() * 0.3),
-    ]);
+    let motion = Motion::native(&world);
+    let mut simulation = Simulation::new(world.clone(), states, motion).unwrap();
+    let line = Polyline::new(vec![(0.0, Vector3::zeros()), (0.5, Vector3::z() * 0.3)]);
     let load = JointLoad { torque: line.unwrap(), ..JointLoad::default() };
     simulation.set_joint_load(2, load).unwrap();
     let mut record = StepRecord::new();
@@ -207,21 +193,18 @@ fn a_step_that_fails_allocates_nothing() {
 fn on_threads_only_their_queue_allocates() {
     let bodies: Vec<_> = cubes().into_iter().cycle().take(150).collect();
     let place = |place: usize| State {
-        position: Vector3::new(5.0 * place as f64, 0.0, 1.0),
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
-        attitude: nalgebra::Vector4::new(1.0, 0.0, 0.0, 0.0),
+        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
+        ..State::at_rest(Vector3::new(5.0 * place as f64, 0.0, 1.0))
     };
     let starts: Vec<_> = (0..bodies.len()).map(place).collect();
     let some = parameters(bodies[0].clone());
-    let world = World::new(tumble_core::world::Parameters { bodies, ..some }).unwrap();
+    let world = World::new(Parameters { bodies, ..some }).unwrap();
     let [alone, together] = [1, 2].map(|threads| {
         let threads = std::num::NonZeroUsize::new(threads).unwrap();
         let solver = NativeSolver::new(&world).with_threads(threads).unwrap();
-        let motion = tumble_core::simulation::Motion::contact(solver);
+        let motion = Motion::contact(solver);
         let starts = starts.iter().copied();
-        let mut simulation =
-            tumble_core::simulation::Simulation::new(world.clone(), starts, motion).unwrap();
+        let mut simulation = Simulation::new(world.clone(), starts, motion).unwrap();
         let mut record = StepRecord::new();
         let mut steps = |count: usize| {
             measure(|| (0..count).for_each(|_| simulation.step(&mut record).unwrap())).count_total

@@ -1,17 +1,11 @@
 //! Checks that bodies at rest are not solved again. Until an outside change, the steps are equal to
 //! the last bit to the steps of a full computation.
 
-use nalgebra::{Vector3, Vector4};
+use crate::common::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
-use tumble_core::contact::{Candidates, Plane};
-use tumble_core::error::Error;
-use tumble_core::mechanics::{Load, Polyline, RigidBody, Rotation, State, Wrench};
 use tumble_core::simulation::scene::{TutorialScene, tutorial_parameters};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::solver::native::NativeSolver;
-use tumble_core::step::{IslandSolver, Step, StepReport, StepSolution, StepSolver};
-use tumble_core::world::{Parameters, Partner, World};
+use tumble_core::step::IslandSolver;
 
 /// Native solver that counts its steps and the bodies that it skipped because they are at rest.
 struct Counting(NativeSolver, Arc<AtomicU32>, Arc<AtomicU32>);
@@ -82,12 +76,8 @@ fn wall(height: f64) -> (World, Vec<State>) {
     starts.push(at_rest(Vector3::new(1.5, 3.0, 0.25 + height)));
     let cube = RigidBody::solid_box(1.0, Vector3::repeat(0.25)).unwrap();
     let world = World::new(Parameters {
-        bodies: [vec![brick; 12], vec![cube]].concat(),
-        ground: Some(Plane::level()),
-        gravity: Vector3::new(0.0, 0.0, -9.81),
         friction: 0.7,
-        time_step: 0.002,
-        rotation: Rotation::Momentum,
+        ..Parameters::new([vec![brick; 12], vec![cube]].concat())
     });
     (world.unwrap(), starts)
 }

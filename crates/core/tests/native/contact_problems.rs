@@ -1,37 +1,13 @@
 //! Contact problems given as matrices: comparison with closed forms, with each other and with the
 //! steps that they come from. Invalid problems are refused.
 
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use crate::common::prelude::*;
+use crate::contact_problem::{apart, contacts, dense, local, plate, random};
+use nalgebra::DVector;
 use std::sync::atomic::AtomicBool;
-use tumble::problem::{
-    ContactProblem, Form, Law, ProblemError, RowLaw, Selection, SolveOptions, SparseMatrix, dat,
+use tumble_core::problem::{
+    ContactProblem, Form, Law, ProblemError, RowLaw, Selection, SolveOptions,
 };
-use tumble_core::contact::Plane;
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::random::Draws;
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Integrator, Parameters, World};
-
-fn dense(matrix: &DMatrix<f64>) -> SparseMatrix {
-    let (rows, columns) = matrix.shape();
-    let entries = (0..rows).flat_map(|i| (0..columns).map(move |j| (i, j)));
-    SparseMatrix::from_triplets(rows, columns, entries.map(|(i, j)| (i, j, matrix[(i, j)])))
-        .unwrap()
-}
-
-fn local(w: &DMatrix<f64>, q: &[f64], laws: Vec<Law>) -> ContactProblem {
-    ContactProblem::local(dense(w), q.to_vec(), laws).unwrap()
-}
-
-fn contacts(friction: &[f64]) -> Vec<Law> {
-    Law::contacts(3, friction).unwrap()
-}
-
-fn apart(a: &[f64], b: &[f64]) -> f64 {
-    assert_eq!(a.len(), b.len());
-    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
-}
 
 /// Checks a mass of 2 kg with one contact that opens, sticks or slips, in three dimensions and in
 /// two. The tolerance is a tenth of the default residual.
@@ -100,82 +76,6 @@ fn rows_by_themselves_have_their_closed_form() {
     assert!(apart(&found.velocities, &[3.25, 0.0]) < 1e-11);
 }
 
-/// Bodies with contacts at random points, with each other and with the world.
-struct Random {
-    mass: DMatrix<f64>,
-    directions: DMatrix<f64>,
-    momentum: Vec<f64>,
-    offset: Vec<f64>,
-    friction: Vec<f64>,
-}
-
-fn random(seed: u32, bodies: usize, count: usize) -> Random {
-    let mut draws = Draws::new(seed);
-    let mut signed = |size: f64| size * (2.0 * draws.unit() - 1.0);
-    let size = 6 * bodies;
-    let (mut mass, mut directions) = (DMatrix::zeros(size, size), DMatrix::zeros(size, 3 * count));
-    for body in 0..bodies {
-        let root = Matrix3::from_fn(|_, _| signed(0.3)) + Matrix3::identity() * 0.5;
-        let m = 1.5 + signed(1.0);
-        mass.fixed_view_mut::<3, 3>(6 * body, 6 * body).fill_with_identity();
-        let mut linear = mass.fixed_view_mut::<3, 3>(6 * body, 6 * body);
-        linear *= m;
-        let inertia = root * root.transpose() * m;
-        mass.fixed_view_mut::<3, 3>(6 * body + 3, 6 * body + 3).copy_from(&inertia);
-    }
-    for contact in 0..count {
-        let normal = Vector3::new(signed(1.0), signed(1.0), 1.0 + signed(0.5)).normalize();
-        let across = normal.cross(&Vector3::x()).normalize();
-        let frame = Matrix3::from_columns(&[normal, across, normal.cross(&across)]);
-        let a = contact % bodies;
-        let other = (signed(0.5).abs() * 2.0 * (bodies + 1) as f64) as usize;
-        for (body, sign) in [(a, 1.0), (other, -1.0)] {
-            if body >= bodies || (sign < 0.0 && body == a) {
-                continue;
-            }
-            let arm = Vector3::new(signed(0.7), signed(0.7), signed(0.7));
-            let mut linear = directions.fixed_view_mut::<3, 3>(6 * body, 3 * contact);
-            linear += sign * frame;
-            let mut angular = directions.fixed_view_mut::<3, 3>(6 * body + 3, 3 * contact);
-            angular += sign * arm.cross_matrix() * frame;
-        }
-    }
-    let velocity = DVector::from_fn(size, |_, _| signed(3.0));
-    let momentum = (&mass * velocity).as_slice().to_vec();
-    let offset = vec![0.0; 3 * count];
-    let friction = (0..count).map(|_| 0.35 + signed(0.35)).collect();
-    Random { mass, directions, momentum, offset, friction }
-}
-
-impl Random {
-    fn problem(&self) -> ContactProblem {
-        let (mass, directions) = (dense(&self.mass), dense(&self.directions));
-        let (f, w) = (self.momentum.clone(), self.offset.clone());
-        ContactProblem::global(mass, directions, f, w, contacts(&self.friction)).unwrap()
-    }
-
-    /// Largest violation of the contact law, computed from the matrices alone. It covers gaps that
-    /// close, tension, impulses at opening contacts, friction outside its cone and friction not
-    /// opposed to the slip.
-    fn missed(&self, impulses: &[f64]) -> f64 {
-        let p = DVector::from_column_slice(impulses);
-        let momentum = DVector::from_column_slice(&self.momentum) + &self.directions * &p;
-        let velocity = self.mass.clone().lu().solve(&momentum).unwrap();
-        let u = self.directions.transpose() * velocity;
-        let mut missed = 0.0_f64;
-        for (contact, friction) in self.friction.iter().enumerate() {
-            let (p, u) = (p.fixed_rows::<3>(3 * contact), u.fixed_rows::<3>(3 * contact));
-            let (slip, along) = (u.fixed_rows::<2>(1), p.fixed_rows::<2>(1));
-            missed = missed.max(-p[0]).max(-u[0]).max(p[0].min(u[0]));
-            missed = missed.max(along.norm() - friction * p[0].max(0.0));
-            // Maximum dissipation: the friction force has its full size and opposes the slip.
-            let power = (along.dot(&slip) + friction * p[0] * slip.norm()).abs();
-            missed = missed.max(power);
-        }
-        missed
-    }
-}
-
 /// Solves random heaps in both forms and checks the solutions with an independent evaluation of the
 /// law.
 #[test]
@@ -241,22 +141,6 @@ fn condensed_global_solve_agrees_with_local_form() {
     }
 }
 
-fn plate() -> ContactProblem {
-    // A plate of 4 kg that falls at 1 m/s on its four corners.
-    let mut directions = DMatrix::zeros(6, 12);
-    for (contact, (x, y)) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)].iter().enumerate()
-    {
-        let arm = Vector3::new(*x, *y, -0.1);
-        let frame = Matrix3::from_columns(&[Vector3::z(), Vector3::x(), Vector3::y()]);
-        directions.fixed_view_mut::<3, 3>(0, 3 * contact).copy_from(&frame);
-        directions.fixed_view_mut::<3, 3>(3, 3 * contact).copy_from(&(arm.cross_matrix() * frame));
-    }
-    let mass = DMatrix::from_diagonal(&DVector::from_vec(vec![4.0, 4.0, 4.0, 1.4, 1.4, 2.7]));
-    let f = vec![0.4, 0.0, -4.0, 0.0, 0.0, 0.0];
-    let laws = contacts(&[0.5; 4]);
-    ContactProblem::global(dense(&mass), dense(&directions), f, vec![0.0; 12], laws).unwrap()
-}
-
 /// Checks four corners that stick. The selection rule returns the impulses of least norm. A solve
 /// from a given start keeps that start.
 #[test]
@@ -291,16 +175,9 @@ fn the_rule_gives_the_least_norm_and_a_start_is_kept() {
 #[test]
 fn the_problem_of_a_step_has_its_impulses() {
     let cube = RigidBody::solid_box(2.0, Vector3::new(0.5, 0.4, 0.3)).unwrap();
-    let world = World::new(Parameters {
-        bodies: vec![cube],
-        ground: Some(Plane::level()),
-        friction: 0.3,
-        gravity: Vector3::new(0.0, 0.0, -9.81),
-        time_step: 0.002,
-        rotation: Rotation::Momentum,
-    })
-    .unwrap()
-    .with_integrator(Integrator::Euler);
+    let world = World::new(Parameters { friction: 0.3, ..Parameters::new(vec![cube]) })
+        .unwrap()
+        .with_integrator(Integrator::Euler);
     let (mut unique, mut others) = (0, 0);
     for seed in 0..6 {
         let start = State {
@@ -383,134 +260,4 @@ fn a_problem_without_a_solution_is_unsolved() {
     let found = problem.solve(&SolveOptions::default()).unwrap();
     assert!(!found.is_solved() && !found.selected && found.residual == 1.0, "{found:?}");
     assert!(found.impulses.iter().all(|p| p.is_finite()));
-}
-
-#[test]
-fn text_keeps_every_bit_of_a_problem() {
-    let random = random(3, 3, 5);
-    let global = random.problem();
-    for problem in [&global, &global.to_local().unwrap(), &plate()] {
-        let text = dat::write(problem).unwrap();
-        let again = dat::read(&text).unwrap();
-        assert_eq!(again.laws(), problem.laws());
-        match (problem.form(), again.form()) {
-            (Form::Local { response, free }, Form::Local { response: r, free: f }) => {
-                assert!(response == r && free == f);
-            }
-            (Form::Global(a), Form::Global(b)) => {
-                assert!(a.mass == b.mass && a.directions == b.directions);
-                assert!(a.momentum == b.momentum && a.offset == b.offset);
-            }
-            _ => panic!("another form"),
-        }
-        // A text that ends early or has a wrong word is refused.
-        let words: Vec<&str> = text.split_whitespace().collect();
-        for k in (0..words.len()).step_by(7) {
-            assert!(dat::read(&words[..k].join(" ")).is_err(), "{k}");
-            let mut wrong = words.clone();
-            wrong[k] = "nothing";
-            let _ = dat::read(&wrong.join(" "));
-            wrong[k] = "99999999999";
-            let _ = dat::read(&wrong.join(" "));
-        }
-        assert!(dat::read(&format!("{text} 1 2 3")).is_err());
-    }
-    let rows = vec![Law::rows_of(vec![RowLaw::Locked]).unwrap()];
-    let refused = dat::write(&local(&DMatrix::identity(1, 1), &[0.0], rows)).unwrap_err();
-    assert!(refused.to_string().contains("group 0 is not such a contact"), "{refused}");
-    let plane = [contacts(&[0.5]), Law::contacts(2, &[0.5]).unwrap()].concat();
-    let refused = dat::write(&local(&DMatrix::identity(5, 5), &[0.0; 5], plane)).unwrap_err();
-    assert!(refused.to_string().contains("group 1"), "{refused}");
-}
-
-/// Checks problems without contacts. They are valid and have nothing to solve.
-#[test]
-fn the_empty_problem_is_written_and_read() {
-    let none = SparseMatrix::from_triplets(0, 0, []).unwrap();
-    let empty = ContactProblem::local(none, vec![], vec![]).unwrap();
-    let (mass, directions) =
-        (dense(&DMatrix::identity(3, 3)), SparseMatrix::from_triplets(3, 0, []).unwrap());
-    let falling = ContactProblem::global(mass, directions, vec![0.0, 0.0, -1.0], vec![], vec![]);
-    for (problem, v) in [(empty, vec![]), (falling.unwrap(), vec![0.0, 0.0, -1.0])] {
-        let again = dat::read(&dat::write(&problem).unwrap()).unwrap();
-        assert_eq!((again.row_count(), again.velocity_count()), (0, v.len()));
-        let found = again.solve(&SolveOptions::default()).unwrap();
-        assert!(found.is_solved() && found.body_velocities == v, "{found:?}");
-    }
-}
-
-/// Reads the three storages of Siconos: two masses on the ground, written by hand.
-#[test]
-fn all_storages_are_read() {
-    let dense: String = (0..6)
-        .map(|i| (0..6).map(|j| if i == j { "2 " } else { "0 " }).collect::<String>() + "\n")
-        .collect();
-    let block = "2\n0\n0\n0\n2\n0\n0\n0\n2\n";
-    let sparse: String = (0..6).map(|k| format!("    {k} {k} : 2.0\n")).collect();
-    let columns: String =
-        (0..6).map(|k| format!("    col {k} : locations {k} to {k}\n      {k} : 2\n")).collect();
-    let head = "3\n2\n";
-    let tail = "-1 1 0 -1 -0.1 0\n0.5 0.5\n1\n";
-    let texts = [
-        format!("{head}0\n6\n6\n6\t6\n{dense}{tail}"),
-        format!("{head}1\n6\n6\n2\n2\n2\n3 6\n3 6\n3\n2\n0 1 2\n0 1\n0\n{block}1\n{block}{tail}"),
-        format!(
-            "{head}2\n6\n6\n0\nCSparse Version 3.1.1, May 20, 2012.  Copyright (c) somebody\ntriplet: \
-             6-by-6, nzmax: 6 nnz: 6\n{sparse}{tail}"
-        ),
-        format!(
-            "{head}2\n6\n6\n1\nCSparse Version 3.1.1\n6-by-6, nzmax: 6 nnz: 6, 1-norm: 2\n{columns}{tail}"
-        ),
-    ];
-    for text in texts {
-        let found = dat::read(&text).unwrap().solve(&SolveOptions::default()).unwrap();
-        assert!(found.is_solved() && found.parts == 2, "{text}");
-        assert!(apart(&found.impulses, &[0.5, -0.25, 0.0, 0.5, 0.05, 0.0]) < 1e-12, "{text}");
-    }
-    let refused = dat::read("3\n1\n7\n3\n3\n").unwrap_err().to_string();
-    assert!(refused.contains("line 3") && refused.contains("storage of M"), "{refused}");
-}
-
-/// Checks that inconsistent texts are refused: wrong numbers of entries or columns, wrong sizes,
-/// wrong words, and numbers that are not finite.
-#[test]
-fn texts_with_wrong_counts_are_rejected() {
-    let head = "3\n1\n2\n3\n3\n";
-    let triplets = "1\nCSparse Version 3.2.0\ntriplet: 3-by-3, nzmax: 3 nnz: 3\n";
-    let entries = "0 0 : 1\n1 1 : 1\n2 2 : 1\n";
-    let columns = "0\nCSparse Version 3.2.0\n3-by-3, nzmax: 3 nnz: 3, 1-norm: 1\n";
-    let each = [0, 1, 2].map(|k| format!("col {k} : locations {k} to {k}\n  {k} : 1\n"));
-    let tail = "-1 0.2 0\n0.5\n";
-    let (by_entries, by_columns) = (
-        format!("{head}{triplets}{entries}{tail}"),
-        format!("{head}{columns}{}{tail}", each.concat()),
-    );
-    for text in [&by_entries, &by_columns] {
-        let found = dat::read(text).unwrap().solve(&SolveOptions::default()).unwrap();
-        // W is the identity, so the impulses are as accurate as the requested residual.
-        assert!(apart(&found.impulses, &[1.0, -0.2, 0.0]) < 1e-9, "{text}");
-    }
-    // C prints a count with six digits like this.
-    assert!(dat::read(&by_entries.replace("nzmax: 3", "nzmax: 1e+06")).is_ok());
-    for (text, old, new, words) in [
-        (&by_entries, "2 2 : 1\n", "", "line 8: the header has 3 entries, but 2 follow"),
-        (&by_entries, "nnz: 3", "nnz: 2", "line 8: the header has 2 entries, but 3 follow"),
-        (&by_entries, "3-by-3", "7-by-9", "line 8: found \"7-by-9,\""),
-        (&by_columns, "  2 : 1\n", "", "line 13: the header has 1 entries, but 0 follow"),
-        (&by_columns, "nnz: 3", "nnz: 4", "line 8: the header has 4 entries, but 3 follow"),
-        (&by_columns, "3-by-3", "3-by-4", "line 8: found \"3-by-4,\""),
-        (&by_columns, each[1].as_str(), "", "line 11: found \"2\"; expected the next column"),
-        (&by_columns, each[2].as_str(), "", "found \"-1\"; expected col"),
-        (&by_columns, "col 2", "col 0", "found \"0\"; expected the next column"),
-        (&by_entries, "0.5\n", "", "it ends too early; expected a coefficient of friction"),
-        (&by_entries, "0.5\n", "0.5 0.5\n0.5", "line 13: found \"0.5\" after the last"),
-        (&by_entries, "0.2", "nan", "line 12: found \"nan\"; expected a number of q"),
-        (&by_entries, "1 1 : 1", "1 1 : -inf", "line 10: found \"-inf\"; expected an entry"),
-        (&by_entries, "0.5\n", "1e999", "line 13: found \"1e999\"; expected a coefficient"),
-    ] {
-        assert!(text.contains(old), "{old}");
-        let changed = text.replacen(old, new, 1);
-        let refused = dat::read(&changed).map(|_| ()).unwrap_err().to_string();
-        assert!(refused.contains(words), "{old:?} {new:?}: {refused}");
-    }
 }

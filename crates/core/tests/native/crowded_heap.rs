@@ -1,13 +1,7 @@
 //! A dense heap of boxes, from the fall until it lies still. Every step is certified, and in the
 //! end nothing is left to solve.
 
-use nalgebra::Vector3;
-use tumble_core::contact::Plane;
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::random::Draws;
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Parameters, World};
+use crate::common::prelude::*;
 
 /// 100 boxes of 20 × 15 × 10 cm in four layers of 25, so close that they fall on one another.
 fn heap(seed: u32) -> (World, Vec<State>) {
@@ -23,14 +17,7 @@ fn heap(seed: u32) -> (World, Vec<State>) {
         }
     };
     let starts = (0..100).map(start).collect();
-    let world = World::new(Parameters {
-        bodies: vec![brick; 100],
-        ground: Some(Plane::level()),
-        gravity: Vector3::new(0.0, 0.0, -9.81),
-        friction: 0.5,
-        time_step: 0.002,
-        rotation: Rotation::Momentum,
-    });
+    let world = World::new(Parameters::new(vec![brick; 100]));
     (world.unwrap(), starts)
 }
 

@@ -1,12 +1,9 @@
 //! Checks that the native solver returns the same doubles in every run and on every thread.
 
 use crate::common::point_forces;
+use crate::common::prelude::*;
 use crate::toss::*;
 use std::thread;
-use tumble_core::mechanics::Rotation;
-use tumble_core::simulation::StepRecord;
-use tumble_core::solver::native::NativeSolver;
-use tumble_core::world::World;
 
 /// FNV-1a hash, 64 bits, of the bytes of the numbers, lowest byte first.
 fn fingerprint(numbers: impl IntoIterator<Item = f64>) -> u64 {

@@ -1,16 +1,8 @@
 //! Boxes that fall into a bin and settle as one island. The seeds and sizes are none that the
 //! solver was tuned with. Every step is certified. A looser residual takes fewer iterations.
 
-use nalgebra::{Matrix3, Vector3};
-use tumble_core::contact::Plane;
-use tumble_core::error::Error;
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::random::Draws;
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::solver::native::{ACCEPTED_RESIDUAL, NativeSolver};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Fixed, Integrator, Parameters, World};
+use crate::common::prelude::*;
+use tumble_core::solver::native::ACCEPTED_RESIDUAL;
 
 /// Half the width of the bin [m].
 const HALF_WIDTH: f64 = 0.72;
@@ -39,14 +31,7 @@ fn bin(seed: u32, count: usize) -> (World, Vec<State>) {
         let piece = piece.moved_by(&Matrix3::identity(), &middle).unwrap();
         Fixed { piece, friction: None }
     });
-    let world = World::new(Parameters {
-        bodies,
-        ground: Some(Plane::level()),
-        gravity: Vector3::new(0.0, 0.0, -9.81),
-        friction: 0.5,
-        time_step: 0.002,
-        rotation: Rotation::Momentum,
-    });
+    let world = World::new(Parameters::new(bodies));
     (world.unwrap().with_integrator(Integrator::Euler).with_fixed(walls.to_vec()).unwrap(), starts)
 }
 

@@ -1,17 +1,9 @@
 //! Islands solved in parallel: the same numbers, reports and errors on any number of threads.
 
-use nalgebra::{Matrix3, Vector3, Vector4};
+use crate::common::prelude::*;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use tumble_core::contact::{Candidates, Detection, Partner, Plane};
-use tumble_core::error::Error;
-use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble_core::simulation::random::Draws;
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::solver::native::NativeSolver;
-use tumble_core::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
-use tumble_core::world::{Integrator, Parameters, World};
 
 const THREADS: [usize; 3] = [2, 3, 8];
 
@@ -29,12 +21,11 @@ fn world(bodies: Vec<RigidBody>) -> World {
     let gravity = Vector3::new(0.0, 0.0, -9.81);
     let (ground, friction, time_step) = (Plane::level(), 0.5, 0.002);
     World::new(Parameters {
-        bodies,
         ground: Some(ground),
         gravity,
         friction,
         time_step,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(bodies)
     })
     .unwrap()
     .with_integrator(Integrator::Euler)
@@ -235,10 +226,9 @@ fn an_interrupt_ends_the_steps_of_islands() {
     let world = world(vec![RigidBody::new(10.0, inertia, &points).unwrap(); plates]);
     let starts: Vec<_> = (0..plates)
         .map(|place| State {
-            position: Vector3::new(3.0 * place as f64, 0.0, 0.1),
-            attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
             velocity: Vector3::new(1.0, 0.2, 0.0),
             spin: Vector3::new(0.0, 0.0, 0.5),
+            ..State::at_rest(Vector3::new(3.0 * place as f64, 0.0, 0.1))
         })
         .collect();
     let (mut simulation, mut record) = (simulation(&world, &starts, 2), StepRecord::new());

@@ -1,12 +1,9 @@
 //! Motions with a closed form, computed by the native solver: rest, and a slide to a stop.
 
+use crate::common::prelude::*;
 use crate::common::state;
 use crate::toss::*;
-use nalgebra::Vector3;
 use std::f64::consts::TAU;
-use tumble_core::mechanics::{RigidBody, State};
-use tumble_core::simulation::StepRecord;
-use tumble_core::world::{Parameters, World};
 
 const GRAVITY: f64 = 9.81;
 /// Initial speed of the sliding boxes [m/s].

@@ -1,22 +1,14 @@
 //! Piece of the contact law on which each contact of a solved step lies, and its margin to the next
 //! piece.
 
+use crate::common::prelude::*;
 use crate::common::{contacts, solve_after};
 use crate::toss::*;
-use nalgebra::{Vector3, Vector4};
-use tumble_core::mechanics::{State, Wrench};
-use tumble_core::solver::native::{ContactPiece, MapPiece, NativeSolver};
-use tumble_core::step::{StepReport, StepSolution};
-use tumble_core::world::World;
+use tumble_core::solver::native::{ContactPiece, MapPiece};
 
 /// Solid cube of 2 m flat on the ground.
 fn at_rest() -> State {
-    State {
-        position: Vector3::z(),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
-    }
+    State::at_rest(Vector3::z())
 }
 
 /// Push by the fraction `part` of the friction limit. It acts at the height of the ground, so that

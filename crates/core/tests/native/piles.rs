@@ -1,17 +1,8 @@
 //! Piles that no file of the repository contains, with other seeds and shapes. Checks the fraction
 //! of certified steps, and steps that are rotated, mirrored and renumbered.
 
+use crate::common::prelude::*;
 use crate::common::symmetry::{mirrored, turned};
-use nalgebra::{Vector3, Vector4};
-use tumble_core::contact::{Contact, Partner, Plane};
-use tumble_core::error::Error;
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::quaternion::rotation;
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::random::Draws;
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::{ContactForce, StepStatus};
-use tumble_core::world::{Integrator, Parameters, World};
 
 /// Bodies and their initial states.
 struct Pile {
@@ -41,27 +32,15 @@ fn pile(seed: u32, count: usize, mixed: bool) -> Pile {
             }
         });
         let attitude = draws.attitude();
-        starts.push(State {
-            position,
-            attitude,
-            velocity: Vector3::zeros(),
-            spin: Vector3::zeros(),
-        });
+        starts.push(State { attitude, ..State::at_rest(position) });
     }
     Pile { bodies, starts }
 }
 
 fn world(bodies: Vec<RigidBody>, ground: Plane, gravity: Vector3<f64>) -> World {
-    World::new(Parameters {
-        bodies,
-        ground: Some(ground),
-        gravity,
-        friction: 0.5,
-        time_step: 0.002,
-        rotation: Rotation::Momentum,
-    })
-    .unwrap()
-    .with_integrator(Integrator::Euler)
+    World::new(Parameters { ground: Some(ground), gravity, ..Parameters::new(bodies) })
+        .unwrap()
+        .with_integrator(Integrator::Euler)
 }
 
 fn level(bodies: Vec<RigidBody>) -> World {
@@ -212,12 +191,7 @@ fn a_step_of_a_pile_does_not_know_its_frame_nor_its_numbers() {
 /// of the pyramid carries the weight above it.
 #[test]
 fn structures_stand_from_their_first_step_on() {
-    let at = |position: Vector3<f64>| State {
-        position,
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
-    };
+    let at = |position: Vector3<f64>| State::at_rest(position);
     let cube = RigidBody::solid_box(1.0, Vector3::repeat(0.5)).unwrap();
     let brick = RigidBody::solid_box(2.0, Vector3::new(0.5, 0.25, 0.25)).unwrap();
     let of_pyramid = |row: usize| {

@@ -1,18 +1,12 @@
 //! Random boxes thrown at the ground, with any shape, inertia and friction. Every step is solved to
 //! the accepted residual, and gains no energy beyond the bound of the discretisation.
 
+use crate::common::prelude::*;
 use crate::common::{body, cases, heights, point_forces, quaternion};
 use crate::toss::native;
-use nalgebra::{Matrix3, Vector3, Vector4};
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
 use std::cell::Cell;
-use tumble_core::contact::Plane;
-use tumble_core::mechanics::quaternion::rotation;
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::StepRecord;
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Parameters, World};
 
 /// Number of steps of each toss.
 const STEPS: usize = 50;

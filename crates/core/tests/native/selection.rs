@@ -1,15 +1,10 @@
 //! Selected solution where the laws allow several. It is the limit of an equal, vanishing
 //! compliance at every corner, for any initial point of the iteration.
 
+use crate::common::prelude::*;
 use crate::common::{points, state};
 use crate::toss::*;
-use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::FRAC_1_SQRT_2;
-use tumble_core::mechanics::State;
-use tumble_core::simulation::StepRecord;
-use tumble_core::solver::native::NativeSolver;
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Parameters, World};
 
 /// Number of starts of each step: one without forces, the others random.
 const STARTS: u32 = 4;

@@ -1,11 +1,8 @@
 //! Symmetries of the native solver: rotated and mirrored scenes, and scenes without friction.
 
+use crate::common::prelude::*;
 use crate::common::symmetry::mirrored;
 use crate::toss::*;
-use nalgebra::{Matrix3, Vector3};
-use tumble_core::mechanics::State;
-use tumble_core::simulation::StepRecord;
-use tumble_core::world::{Parameters, World};
 
 const SEEDS: [u32; 7] = [0, 1, 2, 3, 6, 8, 42];
 

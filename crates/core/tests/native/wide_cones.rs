@@ -4,7 +4,7 @@
 //! velocities, and q are the velocities without impulses. A contact has the rows n, t₁, t₂.
 
 use nalgebra::{DMatrix, DVector};
-use tumble::problem::{ContactProblem, Law, Solution, SolveOptions, SparseMatrix};
+use tumble_core::problem::{ContactProblem, Law, Solution, SolveOptions, SparseMatrix};
 use tumble_core::simulation::random::Draws;
 
 /// Random positive definite W and random q. Such a problem has a solution for any coefficients.

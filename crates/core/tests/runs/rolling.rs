@@ -1,16 +1,8 @@
 //! Rolling: a touching point that moves over its body. Motion of second order against closed forms and
 //! conserved energies, with the default integrator.
 
-#![allow(clippy::disallowed_methods)]
-
-use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble_core::contact::Plane;
-use tumble_core::geometry::Piece;
-use tumble_core::joint::{Drive, Joint, JointFrame, Motor};
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord, energy};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Parameters, World};
+use crate::common::prelude::*;
+use tumble_core::simulation::energy;
 
 const G: f64 = 9.81;
 
@@ -21,12 +13,7 @@ fn world(bodies: Vec<RigidBody>, ground: Option<Plane>, friction: f64, time_step
 }
 
 fn state(position: [f64; 3], velocity: [f64; 3], spin: [f64; 3]) -> State {
-    State {
-        position: position.into(),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-        velocity: velocity.into(),
-        spin: spin.into(),
-    }
+    State { velocity: velocity.into(), spin: spin.into(), ..State::at_rest(position) }
 }
 
 /// Energies of the rows of a run above `rest` (J). All steps are solved as a whole.

@@ -1,15 +1,9 @@
 //! The simulation loop: refused input, inexact starts and faulty solvers, exchanged motions, and
 //! records of another world.
 
+use crate::common::prelude::*;
 use crate::common::{body, points};
 use crate::toss::*;
-use nalgebra::{Matrix3, Vector3};
-use tumble_core::contact::{Candidates, Plane};
-use tumble_core::error::Error;
-use tumble_core::mechanics::{Load, RigidBody, State, Wrench};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
-use tumble_core::world::{Parameters, World};
 
 /// A simulation can move to another thread.
 const fn can_be_sent<T: Send>() {}

@@ -33,7 +33,7 @@ pub(crate) fn resting(height: f64) -> State {
 /// A body at rest and upright.
 pub(crate) fn at_rest(position: Vector3<f64>) -> State {
     let attitude = Vector4::new(1.0, 0.0, 0.0, 0.0);
-    State { position, attitude, velocity: Vector3::zeros(), spin: Vector3::zeros() }
+    State { attitude, ..State::at_rest(position) }
 }
 
 /// The attitude of a rotation by `angle` (rad) about the y axis.

@@ -11,7 +11,7 @@ use tumble_core::error::Error;
 use tumble_core::geometry::Piece;
 use tumble_core::joint::{Drive, Joint, JointAxis, JointForce};
 use tumble_core::mechanics::quaternion::rotation;
-use tumble_core::mechanics::{Load, Polyline, RigidBody, Rotation, State};
+use tumble_core::mechanics::{Load, Polyline, RigidBody, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::{ContactForce, StepSolver, StepStatus};
 use tumble_core::world::{Fixed, Integrator, Parameters, World};
@@ -179,6 +179,7 @@ impl<'a> Runner<'a> {
 
     /// The runner for a solver that smooths the norm of friction by ε (N).
     #[must_use]
+    #[allow(dead_code)] // Ipopt's tests use it, in the package `tumble`.
     pub fn smoothed(self, smoothing: f64) -> Self {
         Self { smoothing, ..self }
     }
@@ -257,12 +258,11 @@ impl<'a> Runner<'a> {
 
     fn simulation(&mut self, setup: &Setup, ground: &Plane) -> Result<Simulation<'a>, Error> {
         let mut world = World::new(Parameters {
-            bodies: setup.bodies.iter().map(|subject| subject.body.clone()).collect(),
             ground: Some(ground.clone()),
             gravity: Vector3::new(0.0, 0.0, -setup.gravity),
             friction: setup.friction,
             time_step: self.time_step,
-            rotation: Rotation::Momentum,
+            ..Parameters::new(setup.bodies.iter().map(|subject| subject.body.clone()).collect())
         })?
         .with_integrator(Integrator::Euler)
         .with_restitution(setup.restitution)?

@@ -2,15 +2,8 @@
 
 use super::own::{distance, fixed, overlap_by, part_way, turn};
 use super::{V, is_solved, run, v, world};
-use nalgebra::Vector4;
-use tumble_core::contact::Partner;
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::quaternion::rotation;
-use tumble_core::mechanics::{Pose, RigidBody, State, Wrench};
-use tumble_core::simulation::random::Draws;
-use tumble_core::simulation::{StepRecord, UnphysicalCause};
-use tumble_core::step::StepStatus;
-use tumble_core::world::World;
+use crate::common::prelude::*;
+use tumble_core::simulation::UnphysicalCause;
 
 /// Random piece: a ball, box, capsule, plate, rod, needle or hull.
 pub fn piece(draws: &mut Draws) -> Piece {

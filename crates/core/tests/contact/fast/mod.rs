@@ -4,16 +4,9 @@
 mod campaign;
 mod own;
 
+use crate::common::prelude::*;
 use campaign::{Found, Pairs, direction, piece, reach};
-use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble_core::contact::{Partner, Plane};
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::quaternion::rotation;
-use tumble_core::mechanics::{RigidBody, State};
-use tumble_core::simulation::random::Draws;
-use tumble_core::simulation::{Motion, Simulation, StepRecord, UnphysicalCause};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Fixed, Integrator, Parameters, World};
+use tumble_core::simulation::UnphysicalCause;
 
 type V = Vector3<f64>;
 
@@ -23,7 +16,7 @@ fn v(x: f64, y: f64, z: f64) -> V {
 
 fn at(position: V) -> State {
     let attitude = Vector4::new(1.0, 0.0, 0.0, 0.0);
-    State { position, attitude, velocity: V::zeros(), spin: V::zeros() }
+    State { attitude, ..State::at_rest(position) }
 }
 
 /// World without a ground. `fall` is gravity [m/s²].
@@ -35,7 +28,7 @@ fn world(bodies: Vec<RigidBody>, friction: f64, time_step: f64, fall: f64) -> Wo
         gravity,
         friction,
         time_step,
-        rotation: tumble_core::mechanics::Rotation::Momentum,
+        rotation: Rotation::Momentum,
     })
     .unwrap()
     .with_integrator(Integrator::Euler)
@@ -238,7 +231,7 @@ fn turn_of_two_radians_within_reach_of_something_is_unphysical() {
     let ground = |height: f64| {
         let start = State { position: v(0.0, 0.0, height), ..start };
         let (bodies, ground, gravity) = (vec![rod.clone()], Plane::level(), V::zeros());
-        let rotation = tumble_core::mechanics::Rotation::Momentum;
+        let rotation = Rotation::Momentum;
         let parameters = Parameters {
             bodies,
             ground: Some(ground),

@@ -1,9 +1,7 @@
 //! Overlap test that does not use the library's narrow phase. It is the Gilbert–Johnson–Keerthi
 //! algorithm on support points. The nearest point of a simplex is found by trying all its faces.
 
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::State;
+use crate::common::prelude::*;
 
 type V = Vector3<f64>;
 
@@ -70,7 +68,7 @@ fn nearest(points: &[V]) -> (V, Vec<V>) {
 fn foot(of: &[V]) -> Option<V> {
     let sides: Vec<V> = of[1..].iter().map(|x| x - of[0]).collect();
     let n = sides.len();
-    let gram = nalgebra::DMatrix::from_fn(n, n, |i, j| sides[i].dot(&sides[j]));
+    let gram = DMatrix::from_fn(n, n, |i, j| sides[i].dot(&sides[j]));
     let right = nalgebra::DVector::from_fn(n, |i, _| -sides[i].dot(&of[0]));
     let parts = if n == 0 { right } else { gram.lu().solve(&right)? };
     if parts.iter().any(|part| *part < 0.0) || parts.sum() > 1.0 {

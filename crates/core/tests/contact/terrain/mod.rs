@@ -1,31 +1,22 @@
 //! Terrain: surfaces of triangles behave like the shapes that they form.
 
-mod files;
 mod flat;
 mod queries;
 mod rough;
 mod slopes;
 
-use nalgebra::{Matrix3, Vector3, Vector4};
+use crate::common::prelude::*;
 use rand_mt::Mt64;
 use std::sync::Arc;
+use tumble_core::geometry::Terrain;
 use tumble_core::geometry::terrain::{HeightField, Surface};
-use tumble_core::geometry::{Piece, Terrain};
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Fixed, FixedTerrain, Integrator, Parameters, World};
+use tumble_core::world::FixedTerrain;
 
 type V = Vector3<f64>;
 
 /// A state without rotation.
 fn at(position: [f64; 3], velocity: [f64; 3], spin: [f64; 3]) -> State {
-    State {
-        position: position.into(),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-        velocity: velocity.into(),
-        spin: spin.into(),
-    }
+    State { velocity: velocity.into(), spin: spin.into(), ..State::at_rest(position) }
 }
 
 fn body(piece: Piece) -> RigidBody {
@@ -35,12 +26,10 @@ fn body(piece: Piece) -> RigidBody {
 /// World of one body over nothing.
 fn empty(body: RigidBody, friction: f64) -> World {
     World::new(Parameters {
-        bodies: vec![body],
         ground: None,
-        gravity: V::new(0.0, 0.0, -9.81),
         friction,
         time_step: 0.005,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(vec![body])
     })
     .unwrap()
     .with_integrator(Integrator::Euler)

@@ -17,7 +17,7 @@ fn terrains() -> Vec<(&'static str, Arc<Terrain>)> {
     let side = 31;
     let place = |index: usize| 0.2 * index as f64;
     let heights = (0..side * side).map(|at| height(place(at % side), place(at / side))).collect();
-    let turn = nalgebra::Rotation3::from_euler_angles(0.2, -0.3, 0.5);
+    let turn = Rotation3::from_euler_angles(0.2, -0.3, 0.5);
     let field = HeightField::new(heights, side, [0.2; 2]).unwrap();
     let field = field.moved_by(turn.matrix(), &V::new(-2.0, -3.0, 0.4)).unwrap();
     let surface = odd_surface(30, 0.2, 3, height);

@@ -3,11 +3,8 @@
 
 use super::made;
 use super::random::{Numbers, mechanism, smooth, uneven};
-use tumble_core::joint::{Axis, Drive, Joint};
-use tumble_core::mechanics::State;
-use tumble_core::simulation::{Motion, Simulation, StepRecord, energy};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Integrator, Parameters, World};
+use crate::common::prelude::*;
+use tumble_core::simulation::energy;
 
 /// Statistics of many steps.
 #[derive(Debug, Default)]

@@ -4,15 +4,8 @@
 mod campaign;
 mod random;
 
-use nalgebra::{Vector3, Vector4};
-use tumble_core::contact::Plane;
-use tumble_core::geometry::Piece;
-use tumble_core::joint::{Drive, Joint, JointFrame};
-use tumble_core::mechanics::quaternion::{left, rotation};
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord, energy};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Integrator, Parameters, World};
+use crate::common::prelude::*;
+use tumble_core::simulation::energy;
 
 const G: f64 = 9.81;
 
@@ -42,14 +35,7 @@ fn frames(
 }
 
 fn parameters(bodies: Vec<RigidBody>, time_step: f64) -> Parameters {
-    Parameters {
-        bodies,
-        ground: Some(Plane::level()),
-        gravity: Vector3::new(0.0, 0.0, -G),
-        friction: 0.5,
-        time_step,
-        rotation: Rotation::Momentum,
-    }
+    Parameters { gravity: Vector3::new(0.0, 0.0, -G), time_step, ..Parameters::new(bodies) }
 }
 
 /// Largest joint error [m, rad].

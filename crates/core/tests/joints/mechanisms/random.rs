@@ -2,13 +2,9 @@
 //! They are rotated against the world axes, driven hard, swung and dropped.
 
 use super::{at_rest, frames, laid, parameters, rod};
-use nalgebra::{Matrix4, Vector3, Vector4};
+use crate::common::prelude::*;
+use nalgebra::Matrix4;
 use std::f64::consts::{PI, TAU};
-use tumble_core::geometry::Piece;
-use tumble_core::joint::{Drive, Joint, Motor};
-use tumble_core::mechanics::quaternion::{left, rotation};
-use tumble_core::mechanics::{RigidBody, State};
-use tumble_core::world::{Integrator, Partner, World};
 
 /// Random numbers between 0 and 1, the same in every run.
 pub struct Numbers(pub u64);

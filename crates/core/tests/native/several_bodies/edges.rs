@@ -1,12 +1,7 @@
 //! Boxes and balls at the edges of their support: tiles and tables, both fixed and movable.
 
 use super::{Scene, at, run, solid_box};
-use nalgebra::{Matrix3, Vector3};
-use tumble_core::contact::Partner;
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::{RigidBody, State};
-use tumble_core::simulation::StepRecord;
-use tumble_core::world::Fixed;
+use crate::common::prelude::*;
 
 fn fixed_box(half_sides: [f64; 3], centre: [f64; 3]) -> Fixed {
     let piece = Piece::cuboid(Vector3::from(half_sides)).unwrap();

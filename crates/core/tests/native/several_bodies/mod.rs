@@ -3,17 +3,11 @@
 
 mod edges;
 
+use crate::common::prelude::*;
 use crate::common::symmetry::{mirrored, turned};
 use crate::common::{cases, quaternion, vector};
-use nalgebra::{Vector3, Vector4};
 use proptest::prelude::*;
 use proptest::test_runner::{RngSeed, TestRunner};
-use tumble_core::contact::{Candidates, Detection, Partner, Plane};
-use tumble_core::mechanics::quaternion::rotation;
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Fixed, Integrator, Parameters, World};
 
 /// Gravity [m/s²].
 const GRAVITY: f64 = 9.81;
@@ -31,12 +25,11 @@ impl Scene {
         let (bodies, states) = bodies.into_iter().unzip();
         let (ground, gravity) = (Plane::level(), Vector3::new(0.0, 0.0, -GRAVITY));
         let parameters = Parameters {
-            bodies,
             ground: Some(ground),
             gravity,
             friction,
             time_step,
-            rotation: Rotation::Momentum,
+            ..Parameters::new(bodies)
         };
         Self { parameters, fixed: Vec::new(), states }
     }
@@ -69,12 +62,7 @@ fn run(world: &World, states: &[State], steps: usize) -> Vec<StepRecord> {
 }
 
 fn at(x: f64, y: f64, z: f64) -> State {
-    State {
-        position: Vector3::new(x, y, z),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
-    }
+    State::at_rest(Vector3::new(x, y, z))
 }
 
 fn solid_box(mass: f64, a: f64, b: f64, c: f64) -> RigidBody {

@@ -3,19 +3,14 @@
 
 use super::draw::Draw;
 use super::{Tally, compare, step};
-use nalgebra::{Matrix3, Rotation3, Unit, UnitQuaternion, Vector3, Vector4};
+use crate::common::prelude::*;
+use nalgebra::Unit;
 use rand_mt::Mt;
-use tumble_core::contact::Plane;
-use tumble_core::joint::{Drive, Joint, JointFrame, Motor};
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::world::{Constant, Integrator, Parameters, World};
 
 impl Draw {
     fn world(&mut self, bodies: Vec<RigidBody>, normal: Vector3<f64>, h: f64) -> World {
         World::new(Parameters {
-            bodies,
             ground: Some(Plane::new(normal, 0.0).unwrap()),
-            gravity: Vector3::new(0.0, 0.0, -9.81),
             friction: self.within(0.1, 0.9),
             time_step: h,
             rotation: if self.within(0.0, 1.0) < 0.5 {
@@ -23,6 +18,7 @@ impl Draw {
             } else {
                 Rotation::Tutorial
             },
+            ..Parameters::new(bodies)
         })
         .unwrap()
         .with_integrator(Integrator::Euler)

@@ -1,12 +1,40 @@
 //! Comparison of a step's derivative with central differences of steps, by every argument.
 
-use super::step;
-use nalgebra::Vector3;
-use tumble_core::derivative::StateChange;
-use tumble_core::mechanics::{RigidBody, State, Wrench};
-use tumble_core::simulation::StepRecord;
-use tumble_core::solver::native::{StepChange, StepDerivative, StepGradient};
-use tumble_core::world::{Constant, World};
+use crate::common::prelude::*;
+use tumble_core::solver::native::StepGradient;
+
+/// One step from the given states, or `None` if it is not solved at full length.
+pub fn step<'a>(
+    world: &World,
+    states: &[State],
+    wrenches: &[Wrench],
+) -> Option<(Simulation<'a>, StepRecord)> {
+    let motion = Motion::native(world);
+    let mut simulation = Simulation::new(world.clone(), states.to_vec(), motion).ok()?;
+    for (body, wrench) in wrenches.iter().enumerate() {
+        simulation.set_wrench(body, *wrench).unwrap();
+    }
+    let mut record = StepRecord::new();
+    simulation.step(&mut record).unwrap();
+    let unsolved = [StepStatus::Failed, StepStatus::Substepped];
+    (!unsolved.contains(&record.status())).then_some((simulation, record))
+}
+
+/// Cube of mass 2 kg and half side 0.1 m on a slope of `angle` [rad], sliding down at `velocity`
+/// [m/s].
+pub fn on_a_slope(angle: f64, friction: f64, velocity: f64) -> (World, Vec<State>) {
+    let body = RigidBody::solid_box(2.0, Vector3::repeat(0.1)).unwrap();
+    let (sin, cos) = angle.sin_cos();
+    let ground = Plane::new(Vector3::new(sin, 0.0, cos), 0.0).unwrap();
+    let parameters = Parameters { ground: Some(ground), friction, ..Parameters::new(vec![body]) };
+    let state = State {
+        position: Vector3::new(sin, 0.0, cos) * 0.1,
+        attitude: Vector4::new((0.5 * angle).cos(), 0.0, (0.5 * angle).sin(), 0.0),
+        velocity: Vector3::new(cos, 0.0, -sin) * velocity,
+        spin: Vector3::zeros(),
+    };
+    (World::new(parameters).unwrap().with_integrator(Integrator::Euler), vec![state])
+}
 
 /// Direction in the space of a step's arguments.
 pub struct Direction {

@@ -3,12 +3,8 @@
 //! here.
 
 use super::on_a_slope;
-use nalgebra::Vector3;
-use tumble_core::derivative::StateChange;
-use tumble_core::mechanics::State;
-use tumble_core::simulation::{Checkpoints, Motion, Run, Simulation, StepRecord};
-use tumble_core::solver::native::{StepChange, StepDerivative};
-use tumble_core::world::{Constant, World};
+use crate::common::prelude::*;
+use tumble_core::simulation::{Checkpoints, Run};
 
 const ANGLE: f64 = 0.5;
 const FRICTION: f64 = 0.3;

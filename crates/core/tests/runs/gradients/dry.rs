@@ -2,21 +2,14 @@
 
 use super::draw::Draw;
 use super::{Tally, compare, step};
-use nalgebra::{Vector3, Vector4};
+use crate::common::prelude::*;
 use rand_mt::Mt;
-use tumble_core::joint::{Axis, Drive, Joint, JointFrame};
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::solver::native::StepDerivative;
-use tumble_core::world::{Integrator, Parameters, World};
 
 fn world(joint: Joint) -> World {
     let parameters = Parameters {
-        bodies: vec![RigidBody::solid_box(1.0, Vector3::new(0.1, 0.2, 0.3)).unwrap()],
         ground: None,
-        gravity: Vector3::new(0.0, 0.0, -9.81),
         friction: 0.0,
-        time_step: 0.002,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(vec![RigidBody::solid_box(1.0, Vector3::new(0.1, 0.2, 0.3)).unwrap()])
     };
     World::new(parameters)
         .unwrap()
@@ -62,12 +55,7 @@ fn a_slide_stuck_at_its_stop_has_no_margin() {
     let drive = Drive { limits: Some([-1.0, 0.0]), friction: 20.0, ..Drive::NONE };
     let frame = JointFrame::at(Vector3::zeros());
     let world = world(Joint::prismatic(0, None, [frame, frame], drive));
-    let at = |height: f64| State {
-        position: Vector3::new(0.0, 0.0, height),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
-    };
+    let at = |height: f64| State::at_rest(Vector3::new(0.0, 0.0, height));
     let end = |height: f64| step(&world, &[at(height)], &[]).unwrap().1.next_states()[0].position.z;
     assert!(end(1e-7).abs() < 1e-15 && (end(-1e-7) + 1e-7).abs() < 1e-15);
     let (simulation, record) = step(&world, &[at(0.0)], &[]).unwrap();

@@ -4,24 +4,19 @@
 use super::draw::Draw;
 use super::own::seen_from;
 use super::{Direction, apart, difference, size, step};
-use nalgebra::{Vector3, Vector4};
+use crate::common::prelude::*;
 use rand_mt::Mt;
-use tumble_core::derivative::StateChange;
-use tumble_core::joint::{Axis, Drive, Gear, GearAxis, Joint, JointAxis, JointFrame};
-use tumble_core::mechanics::{RigidBody, Rotation, State, quaternion};
-use tumble_core::solver::native::{StepChange, StepDerivative, StepGradient};
-use tumble_core::world::{Constant, Integrator, Parameters, World};
+use tumble_core::solver::native::StepGradient;
 
 pub const H: f64 = 0.005;
 
 pub fn world(bodies: Vec<RigidBody>, gravity: Vector3<f64>) -> World {
     let parameters = Parameters {
-        bodies,
         ground: None,
         gravity,
         friction: 0.0,
         time_step: H,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(bodies)
     };
     World::new(parameters).unwrap().with_integrator(Integrator::Euler)
 }
@@ -42,12 +37,8 @@ fn two_carriages_by_their_gear() {
     let axis = |joint| GearAxis { joint, axis: JointAxis::Linear(2) };
     let world = world(bodies.to_vec(), Vector3::zeros()).with_joints(slides.to_vec()).unwrap();
     let world = world.with_gears(vec![Gear::new(axis(0), axis(1), ratio, offset)]).unwrap();
-    let state = |x, speed| State {
-        position: Vector3::z() * x,
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-        velocity: Vector3::z() * speed,
-        spin: Vector3::zeros(),
-    };
+    let state =
+        |x, speed| State { velocity: Vector3::z() * speed, ..State::at_rest(Vector3::z() * x) };
     let states = [state(ratio * x2 + offset, speeds[0]), state(x2, speeds[1])];
     let (m1, m2) = (masses[0], masses[1]);
     let below = m2 + m1 * ratio * ratio;
@@ -87,12 +78,7 @@ fn a_stop_by_where_it_is() {
     for (x, speed, expected) in
         [(0.3, 0.7, [0.0, 1.0 / H]), (-0.2, -0.7, [1.0 / H, 0.0]), (0.0, 0.7, [0.0, 0.0])]
     {
-        let state = State {
-            position: Vector3::z() * x,
-            attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-            velocity: Vector3::z() * speed,
-            spin: Vector3::zeros(),
-        };
+        let state = State { velocity: Vector3::z() * speed, ..State::at_rest(Vector3::z() * x) };
         let (simulation, record) = step(&world, &[state], &[]).unwrap();
         let mut derivative = StepDerivative::new();
         simulation.linearise(&record, &mut derivative).unwrap();
@@ -109,7 +95,7 @@ fn a_stop_by_where_it_is() {
 fn shifted(at: &JointFrame, along: f64, turn: Vector4<f64>) -> JointFrame {
     JointFrame {
         anchor: at.anchor + at.rotation() * Vector3::z() * along,
-        attitude: quaternion::left(&at.attitude) * turn.normalize(),
+        attitude: left(&at.attitude) * turn.normalize(),
     }
 }
 

@@ -3,14 +3,9 @@
 
 use super::draw::Draw;
 use super::{Tally, compare, on_a_slope, step};
-use nalgebra::{Matrix3, Vector3, Vector4};
+use crate::common::prelude::*;
 use rand_mt::Mt;
-use tumble_core::contact::{Partner, Plane};
-use tumble_core::geometry::Piece;
-use tumble_core::joint::{Axis, Drive, Gear, GearAxis, Joint, JointAxis, JointFrame, Motor};
-use tumble_core::mechanics::{RigidBody, Rotation, State, quaternion};
-use tumble_core::solver::native::{StepChange, StepDerivative, StepGradient};
-use tumble_core::world::{Constant, Integrator, Parameters, World};
+use tumble_core::solver::native::StepGradient;
 
 /// Component of the first body's δv along `way`, by one number of a constant, forwards and
 /// backwards.
@@ -30,7 +25,7 @@ fn by_one(
         .jvp(&StepChange { constants: &constants, ..StepChange::default() }, &mut end)
         .unwrap();
     let found = way.dot(&end[0].velocity);
-    let mut by_end = vec![tumble_core::derivative::StateChange::zero(); states.len()];
+    let mut by_end = vec![StateChange::zero(); states.len()];
     by_end[0].velocity = way;
     derivative.vjp(&by_end, &[constant], &mut gradient).unwrap();
     let back = gradient.constants[0][place];
@@ -70,18 +65,14 @@ fn a_bounce_by_restitution_of_its_own() {
     let body = RigidBody::solid(2.0, &[ball]).unwrap().0;
     let ground = Plane::new(Vector3::z(), 0.0).unwrap();
     let parameters = Parameters {
-        bodies: vec![body],
         ground: Some(ground),
         gravity: Vector3::zeros(),
         friction: 0.3,
-        time_step: 0.002,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(vec![body])
     };
     let states = vec![State {
-        position: Vector3::new(0.0, 0.0, 0.101),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
         velocity: Vector3::new(0.0, 0.0, -3.0),
-        spin: Vector3::zeros(),
+        ..State::at_rest(Vector3::new(0.0, 0.0, 0.101))
     }];
     let world = World::new(parameters.clone())
         .unwrap()
@@ -187,7 +178,7 @@ fn kinds(
 pub(super) fn seen_from(state: &State, frame: &JointFrame) -> JointFrame {
     let anchor = state.pose().rotation.tr_mul(&(frame.anchor - state.position));
     let back = Vector4::new(1.0, -1.0, -1.0, -1.0).component_mul(&state.attitude);
-    JointFrame { anchor, attitude: quaternion::left(&back) * frame.attitude }
+    JointFrame { anchor, attitude: left(&back) * frame.attitude }
 }
 
 /// Checks the derivatives by anchors for two moving bodies. Any kind of joint ties the first to the
@@ -249,12 +240,7 @@ fn body_fixed_to_the_world_follows_its_anchors() {
     let mut parameters = world.parameters().clone();
     parameters.ground = None;
     let turn = Vector4::new(0.4, -0.7, 0.3, 0.5).normalize();
-    let state = State {
-        position: Vector3::new(0.3, 0.2, 0.1),
-        attitude: turn,
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
-    };
+    let state = State { attitude: turn, ..State::at_rest(Vector3::new(0.3, 0.2, 0.1)) };
     let at = JointFrame::at(Vector3::new(0.2, 0.4, -0.1));
     let joint = Joint::fixed(0, None, [seen_from(&state, &at), at]);
     let world = World::new(parameters)
@@ -285,19 +271,10 @@ fn ball_striking_a_resting_box_has_zero_margin() {
     let inertia = Matrix3::from_diagonal_element(0.4 * 0.5 * 0.08 * 0.08);
     let ball = Piece::sphere(0.08).unwrap();
     let ball = RigidBody::from_pieces(0.5, inertia, vec![ball]).unwrap();
-    let world = World::new(Parameters {
-        bodies: vec![boxed, ball],
-        ground: Some(Plane::level()),
-        gravity: Vector3::new(0.0, 0.0, -9.81),
-        friction: 0.3,
-        time_step: 0.002,
-        rotation: Rotation::Momentum,
-    });
+    let world = World::new(Parameters { friction: 0.3, ..Parameters::new(vec![boxed, ball]) });
     let at = |z: f64, speed: f64| State {
-        position: Vector3::new(0.0, 0.0, z),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
         velocity: Vector3::new(0.0, 0.0, speed),
-        spin: Vector3::zeros(),
+        ..State::at_rest(Vector3::new(0.0, 0.0, z))
     };
     let states = [at(0.05, 0.0), at(0.18, -0.2)];
     for (restitution, is_kink) in [(0.0, false), (0.5, true)] {

@@ -4,14 +4,9 @@
 
 use super::draw::Draw;
 use super::{Tally, apart, compare, directions, size, step, transposed};
-use nalgebra::{Vector3, Vector4};
+use crate::common::prelude::*;
 use rand_mt::Mt;
-use tumble_core::contact::Partner;
-use tumble_core::derivative::StateChange;
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::{RigidBody, Rotation, State, quaternion};
-use tumble_core::solver::native::{StepChange, StepDerivative};
-use tumble_core::world::{Coefficient, Fixed, Integrator, Parameters, StickSpeed, World};
+use tumble_core::world::{Coefficient, StickSpeed};
 
 impl Draw {
     /// Box, rounded box, capsule or ball of about `size` [m]. It may be as thin as a thirtieth of
@@ -293,7 +288,7 @@ fn the_order_of_the_bodies_plays_no_part() {
 #[test]
 fn a_world_turned_as_a_whole_turns_its_derivatives() {
     let q = Vector4::new(0.4, -0.7, 0.3, 0.5).normalize();
-    let (turn, left) = (quaternion::rotation(&q), quaternion::left(&q));
+    let (turn, left) = (rotation(&q), left(&q));
     let world_of = |world: &World| {
         let mut parameters = world.parameters().clone();
         parameters.gravity = turn * parameters.gravity;

@@ -2,13 +2,8 @@
 
 use super::draw::Draw;
 use super::{Tally, compare, step};
-use nalgebra::{Vector3, Vector4};
+use crate::common::prelude::*;
 use rand_mt::Mt;
-use tumble_core::contact::Plane;
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::step::{ContactForce, StepStatus};
-use tumble_core::world::{Integrator, Parameters, World};
 
 /// A body of every smooth shape, of about 0.2 m.
 fn piece(draw: &mut Draw, number: usize) -> Piece {

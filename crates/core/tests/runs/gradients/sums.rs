@@ -5,13 +5,9 @@
 use super::draw::Draw;
 use super::laws::{self, mechanism};
 use super::{Direction, apart, difference, size, step, transposed};
-use nalgebra::Vector3;
+use crate::common::prelude::*;
 use rand_mt::Mt;
-use tumble_core::derivative::StateChange;
-use tumble_core::joint::{Axis, Drive, Gear, GearAxis, Joint, JointAxis, JointFrame, Motor};
-use tumble_core::mechanics::{RigidBody, State, Wrench};
-use tumble_core::solver::native::{StepChange, StepDerivative, StepGradient};
-use tumble_core::world::{Constant, World};
+use tumble_core::solver::native::StepGradient;
 
 /// Drives in different regimes, for the value `s` of the sum.
 fn drives(s: f64) -> [(&'static str, Drive); 9] {
@@ -160,10 +156,8 @@ fn a_spring_between_two_slides() {
     let world = laws::world(bodies.to_vec(), Vector3::zeros());
     let world = world.with_joints(slides.to_vec()).unwrap().with_gears(vec![gear]).unwrap();
     let state = |x: f64, speed: f64| State {
-        position: Vector3::z() * x,
-        attitude: [1.0, 0.0, 0.0, 0.0].into(),
         velocity: Vector3::z() * speed,
-        spin: Vector3::zeros(),
+        ..State::at_rest(Vector3::z() * x)
     };
     let mut states = [state(x[0], v[0]), state(x[1], v[1])];
     states[1].position.x = 1.0;

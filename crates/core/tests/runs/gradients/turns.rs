@@ -6,13 +6,8 @@ use super::draw::Draw;
 use super::laws;
 use super::own::seen_from;
 use super::{Direction, Tally, apart, compare, difference, directions, size, step, transposed};
-use nalgebra::Vector3;
+use crate::common::prelude::*;
 use rand_mt::Mt;
-use tumble_core::derivative::StateChange;
-use tumble_core::joint::{Axis, Drive, Joint, JointAxis, JointFrame, Motor};
-use tumble_core::mechanics::{RigidBody, State};
-use tumble_core::solver::native::{StepChange, StepDerivative};
-use tumble_core::world::World;
 
 /// Drives about three axes.
 fn drives(which: usize) -> [Drive; 3] {

@@ -2,13 +2,10 @@
 
 use super::runs::Inputs;
 use super::tree::{Tree, moved, placed};
+use crate::common::prelude::*;
 use crate::gradients::draw::Draw;
-use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
-use tumble_core::derivative::StateChange;
-use tumble_core::joint::{Axis, JointAxis, Motor};
-use tumble_core::mechanics::State;
+use nalgebra::{Isometry3, Point3, Translation3};
 use tumble_core::simulation::RunGradient;
-use tumble_core::world::World;
 
 /// Direction in the space of a run's arguments.
 #[derive(Clone)]

@@ -9,16 +9,13 @@ mod runs;
 mod tree;
 
 use super::draw::Draw;
+use crate::common::prelude::*;
 use directions::{Direction, directions};
-use nalgebra::Vector3;
 use rand_mt::Mt;
 use runs::{Inputs, Steps, beside, gradient, run, warmed_up};
 use std::collections::BTreeMap;
 use tree::{Situation, Tree};
-use tumble_core::derivative::StateChange;
-use tumble_core::mechanics::RigidBody;
-use tumble_core::simulation::{RunGradient, StepRecord};
-use tumble_core::step::ContactForce;
+use tumble_core::simulation::RunGradient;
 
 /// Largest relative error of a derivative.
 const EXACT: f64 = 1e-6;

@@ -2,14 +2,8 @@
 
 use super::directions::Direction;
 use super::tree::{Situation, Tree};
-use nalgebra::Vector3;
-use tumble_core::derivative::StateChange;
-use tumble_core::error::Error;
-use tumble_core::joint::Drive;
-use tumble_core::mechanics::{State, Wrench};
-use tumble_core::simulation::{Checkpoints, Motion, Run, RunGradient, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Constant, World};
+use crate::common::prelude::*;
+use tumble_core::simulation::{Checkpoints, Run, RunGradient};
 
 /// Wrenches, joint forces and motor targets of one step.
 #[derive(Clone, Default)]

@@ -1,13 +1,9 @@
 //! Random articulated bodies: trees of links with a free root.
 
 use super::super::draw::Draw;
-use nalgebra::{Isometry3, Quaternion, Rotation3, Translation3, UnitQuaternion, Vector3, Vector4};
+use crate::common::prelude::*;
+use nalgebra::{Isometry3, Quaternion, Translation3};
 use std::f64::consts::FRAC_PI_2;
-use tumble_core::contact::{Partner, Plane};
-use tumble_core::geometry::Piece;
-use tumble_core::joint::{Axis, Drive, Joint, JointAxis, JointFrame, Motor};
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::world::{Integrator, Parameters, World};
 
 const GRAVITY: f64 = 9.81;
 
@@ -137,7 +133,6 @@ impl Draw {
             joints.push(self.joint(child, parent, frames, &units, situation));
         }
         let world = World::new(Parameters {
-            bodies,
             ground: (situation != Situation::Flying).then(Plane::level),
             gravity: Vector3::new(0.0, 0.0, -GRAVITY),
             friction: if situation == Situation::Sliding {
@@ -146,7 +141,7 @@ impl Draw {
                 self.within(0.5, 0.9)
             },
             time_step: 0.006 * units.time,
-            rotation: Rotation::Momentum,
+            ..Parameters::new(bodies)
         });
         let mut world =
             world.unwrap().with_integrator(Integrator::Euler).with_joints(joints).unwrap();
