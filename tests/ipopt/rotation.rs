@@ -57,11 +57,11 @@ fn askew_box() -> (World, State) {
         velocity: Vector3::new(0.5, 0.0, -1.0),
         spin: 6.0 * (axes * Vector3::new(0.3, 1.0, 0.2)).normalize(),
     };
-    (World::new(given).unwrap().with_integrator(Integrator::Euler), start)
+    (euler(given), start)
 }
 
 /// The same scene in another form.
 fn in_form((world, start): &(World, State), rotation: Rotation) -> (World, State) {
     let given = Parameters { rotation, ..world.parameters().clone() };
-    (World::new(given).unwrap().with_integrator(Integrator::Euler), *start)
+    (euler(given), *start)
 }

@@ -23,14 +23,7 @@ fn cube() -> RigidBody {
 
 fn world(bodies: Vec<RigidBody>) -> World {
     let (ground, gravity) = (Plane::level(), Vector3::new(0.0, 0.0, -9.81));
-    World::new(Parameters {
-        ground: Some(ground),
-        gravity,
-        friction: 1.0,
-        ..Parameters::new(bodies)
-    })
-    .unwrap()
-    .with_integrator(Integrator::Euler)
+    euler(Parameters { ground: Some(ground), gravity, friction: 1.0, ..Parameters::new(bodies) })
 }
 
 /// Kane's rod: it lands obliquely and spinning on rough ground. With the full restitution it would

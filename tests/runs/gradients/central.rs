@@ -19,13 +19,11 @@ fn ball(gap: f64, velocity: Vector3<f64>, friction: f64) -> (World, Vec<State>) 
     let body = RigidBody::from_pieces(MASS, moment, vec![Piece::sphere(0.1).unwrap()]).unwrap();
     let parameters = Parameters {
         ground: Some(Plane::new(Vector3::z(), 0.0).unwrap()),
-        gravity: Vector3::new(0.0, 0.0, -G),
         friction,
-        time_step: H,
         ..Parameters::new(vec![body])
     };
     let state = State { velocity, ..State::at_rest(Vector3::new(0.0, 0.0, 0.1 + gap)) };
-    (World::new(parameters).unwrap().with_integrator(Integrator::Euler), vec![state])
+    (euler(parameters), vec![state])
 }
 
 /// Solution γ and β of (N7), if without them the ball would move with c off the ground and with w
@@ -164,17 +162,13 @@ fn two_balls_push_each_other_by_their_mean_mass() {
             ground: None,
             gravity: Vector3::zeros(),
             friction: 0.0,
-            time_step: H,
             ..Parameters::new(masses.map(of).to_vec())
         };
         let state = |x: f64, speed: f64| State {
             velocity: Vector3::new(speed, 0.0, 0.0),
             ..State::at_rest(Vector3::new(x, 0.0, 0.0))
         };
-        let scene = (
-            World::new(parameters).unwrap().with_integrator(Integrator::Euler),
-            vec![state(0.0, 0.3), state(0.2, -0.1)],
-        );
+        let scene = (euler(parameters), vec![state(0.0, 0.3), state(0.2, -0.1)]);
         let speed = 1e-2;
         let (mut derivative, ..) = centred(&scene, speed);
         let mean = (masses[0] * masses[1]).sqrt();

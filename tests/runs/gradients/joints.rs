@@ -20,11 +20,7 @@ fn on_a_slide(drive: Drive) -> (World, Vec<State>) {
     };
     let frame = JointFrame::at(Vector3::zeros());
     let joint = Joint::prismatic(0, None, [frame, frame], drive);
-    let world = World::new(parameters)
-        .unwrap()
-        .with_integrator(Integrator::Euler)
-        .with_joints(vec![joint])
-        .unwrap();
+    let world = euler(parameters).with_joints(vec![joint]).unwrap();
     let state = State {
         velocity: Vector3::new(0.0, 0.0, 0.7),
         ..State::at_rest(Vector3::new(0.0, 0.0, 0.3))

@@ -19,7 +19,7 @@ fn askew(form: Rotation, h: f64) -> World {
     let bodies = vec![body];
     let (ground, time_step) = (None, h);
     let given = Parameters { bodies, ground, gravity, time_step, rotation: form, ..usual };
-    World::new(given).unwrap().with_integrator(Integrator::Euler)
+    euler(given)
 }
 
 /// State that spins almost about the middle axis, where the body flips over repeatedly.
@@ -121,9 +121,7 @@ fn error(form: Rotation, speed: f64, steps: i32) -> [f64; 2] {
 #[test]
 fn without_torque_a_cube_keeps_its_spin() {
     let [momentum, tutorial] = Rotation::ALL.map(|rotation| {
-        let cube = World::new(Parameters { rotation, ..tutorial_parameters() })
-            .unwrap()
-            .with_integrator(Integrator::Euler);
+        let cube = euler(Parameters { rotation, ..tutorial_parameters() });
         let step = |state, _| cube.free_flight(0, &state, &Wrench::zero());
         (0..1000).fold(spinning(20.0), step)
     });
@@ -153,7 +151,7 @@ fn a_pair_in_free_space_keeps_its_angular_momentum() {
         rotation: Rotation::Momentum,
         ..tutorial_parameters()
     };
-    let world = World::new(given).unwrap().with_integrator(Integrator::Euler);
+    let world = euler(given);
     let place = |position: [f64; 3], velocity: [f64; 3], spin: [f64; 3]| State {
         position: position.into(),
         attitude: Vector4::new(0.9, 0.1, -0.3, 0.2).normalize(),
@@ -217,7 +215,7 @@ fn certificate_distinguishes_the_rotation_forms() {
 #[test]
 fn the_energy_of_a_flight_is_that_which_the_step_keeps() {
     let given = Parameters { rotation: Rotation::Momentum, ..tutorial_parameters() };
-    let world = World::new(given).unwrap().with_integrator(Integrator::Euler);
+    let world = euler(given);
     let mut state = spinning(3.0);
     let start = energy::total(&world, &[state]);
     for _ in 0..1000 {

@@ -5,6 +5,7 @@
 #![allow(dead_code, clippy::disallowed_methods)]
 
 pub mod prelude;
+pub mod steps;
 pub mod symmetry;
 pub mod turning;
 

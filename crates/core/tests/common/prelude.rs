@@ -3,6 +3,7 @@
 // Every test program compiles this file separately and uses only a part of it.
 #![allow(unused_imports)]
 
+pub use super::steps::{converged, euler, has_not_failed, is_solved, last_step, simulate, steps};
 pub use nalgebra::{DMatrix, Matrix3, Rotation3, UnitQuaternion, Vector3, Vector4};
 pub use tumble_core::contact::certificate::{Certifier, Claim};
 pub use tumble_core::contact::{Candidates, Contact, Detection, Partner, Plane};

@@ -4,6 +4,7 @@
 // Every test program compiles this file separately and uses only a part of it.
 #![allow(dead_code)]
 
+use crate::common::steps::steps;
 use crate::common::{body, certify, contacts, point_forces, solve_after, tutorial_parameters};
 use nalgebra::{Matrix3, Vector3, Vector4};
 use rand_mt::Mt;
@@ -67,15 +68,8 @@ pub fn thrown_run(world: &World, seed: u32) -> Vec<StepRecord> {
 }
 
 /// Steps of a run with the native solver.
-pub fn native_run(world: &World, start: State, steps: usize) -> Vec<StepRecord> {
-    let mut simulation = native(world, start);
-    let mut record = StepRecord::new();
-    let mut run = Vec::with_capacity(steps);
-    for _ in 0..steps {
-        simulation.step(&mut record).unwrap();
-        run.push(record.clone());
-    }
-    run
+pub fn native_run(world: &World, start: State, count: usize) -> Vec<StepRecord> {
+    steps(&mut native(world, start), count, |_| true)
 }
 
 /// Largest residual of a run [m/s], after a check that no step failed.

@@ -8,12 +8,10 @@ fn ball() -> RigidBody {
 }
 
 fn world(bodies: usize) -> World {
-    World::new(Parameters {
+    euler(Parameters {
         ground: Some(Plane::new(Vector3::z(), 0.0).unwrap()),
         ..Parameters::new(vec![ball(); bodies])
     })
-    .unwrap()
-    .with_integrator(Integrator::Euler)
 }
 
 fn at(height: f64) -> State {
@@ -23,13 +21,8 @@ fn at(height: f64) -> State {
 /// Heights after one second [m].
 fn fallen(world: World, heights: &[f64]) -> Vec<f64> {
     let starts: Vec<_> = heights.iter().map(|height| at(*height)).collect();
-    let motion = Motion::native(&world);
-    let mut simulation = Simulation::new(world, starts, motion).unwrap();
-    let mut record = StepRecord::new();
-    for _ in 0..500 {
-        simulation.step(&mut record).unwrap();
-        assert!(record.residual() <= 1e-9);
-    }
+    let mut simulation = simulate(&world, &starts);
+    last_step(&mut simulation, 500, |record| record.residual() <= 1e-9);
     simulation.states().iter().map(|state| state.position[2]).collect()
 }
 

@@ -33,36 +33,20 @@ pub fn world(
     pieces: Vec<Piece>,
     (gravity, friction, time_step): (Vector3<f64>, f64, f64),
 ) -> World {
-    let world = World::new(Parameters {
+    let world = euler(Parameters {
         bodies,
         ground: None,
         gravity,
         friction,
         time_step,
         rotation: Rotation::Momentum,
-    })
-    .unwrap()
-    .with_integrator(Integrator::Euler);
+    });
     world.with_fixed(pieces.into_iter().map(fixed).collect()).unwrap()
 }
 
 /// Runs `steps` steps. Every step must be solved and physical.
-pub fn run(world: &World, states: &[State], steps: usize) -> Vec<StepRecord> {
-    let starts = states.iter().copied();
-    let mut simulation = Simulation::new(world.clone(), starts, Motion::native(world)).unwrap();
-    let step = |_| {
-        let mut record = StepRecord::new();
-        simulation.step(&mut record).unwrap();
-        let status = record.status();
-        assert!(
-            status.is_solved(),
-            "k = {}: {status}, {:?}",
-            record.index,
-            record.first().solution.contacts
-        );
-        record
-    };
-    (0..steps).map(step).collect()
+pub fn run(world: &World, states: &[State], count: usize) -> Vec<StepRecord> {
+    steps(&mut simulate(world, states), count, is_solved)
 }
 
 /// Normal forces of a step [N].

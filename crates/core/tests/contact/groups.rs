@@ -12,9 +12,7 @@ fn ball() -> RigidBody {
 fn world(bodies: usize) -> World {
     let plate = Piece::cuboid(Vector3::new(1.0, 1.0, 0.1)).unwrap();
     let plate = plate.moved_by(&Matrix3::identity(), &Vector3::new(0.0, 0.0, 0.9)).unwrap();
-    World::new(Parameters::new(vec![ball(); bodies]))
-        .unwrap()
-        .with_integrator(Integrator::Euler)
+    euler(Parameters::new(vec![ball(); bodies]))
         .with_fixed(vec![Fixed { piece: plate, friction: None }])
         .unwrap()
 }
@@ -31,11 +29,7 @@ const ALL: u64 = u64::MAX;
 
 /// Heights after one second [m].
 fn run(simulation: &mut Simulation<'_>) -> Vec<f64> {
-    let mut record = StepRecord::new();
-    for _ in 0..500 {
-        simulation.step(&mut record).unwrap();
-        assert!(record.residual() <= 1e-9);
-    }
+    last_step(simulation, 500, |record| record.residual() <= 1e-9);
     simulation.states().iter().map(|state| state.position[2]).collect()
 }
 

@@ -23,28 +23,19 @@ fn ball(mass: f64, radius: f64) -> RigidBody {
 fn world(bodies: Vec<RigidBody>, gravity: f64, friction: f64, time_step: f64) -> World {
     let gravity = Vector3::new(0.0, 0.0, -gravity);
     let ground = Plane::level();
-    World::new(Parameters {
+    euler(Parameters {
         ground: Some(ground),
         gravity,
         friction,
         time_step,
         ..Parameters::new(bodies)
     })
-    .unwrap()
-    .with_integrator(Integrator::Euler)
 }
 
 /// Runs a world and returns the records of all steps. Every step must be solved and certified.
-fn run(world: &World, states: Vec<State>, motion: Motion<'_>, steps: usize) -> Vec<StepRecord> {
+fn run(world: &World, states: Vec<State>, motion: Motion<'_>, count: usize) -> Vec<StepRecord> {
     let mut simulation = Simulation::new(world.clone(), states, motion).unwrap();
-    let step = |_| {
-        let mut record = StepRecord::new();
-        simulation.step(&mut record).unwrap();
-        let status = record.status();
-        assert!(status.is_solved(), "{record:?}");
-        record
-    };
-    (0..steps).map(step).collect()
+    steps(&mut simulation, count, is_solved)
 }
 
 fn native(world: &World, states: Vec<State>, steps: usize) -> Vec<StepRecord> {

@@ -20,7 +20,7 @@ fn world(bodies: Vec<RigidBody>, fixed: Vec<Piece>, friction: f64, time_step: f6
     let rotation = Rotation::Momentum;
     let parameters = Parameters { bodies, ground: None, gravity, friction, time_step, rotation };
     let fixed = fixed.into_iter().map(|piece| Fixed { piece, friction: None }).collect();
-    World::new(parameters).unwrap().with_integrator(Integrator::Euler).with_fixed(fixed).unwrap()
+    euler(parameters).with_fixed(fixed).unwrap()
 }
 
 fn state(position: Vector3<f64>, turn: &Rotation3<f64>) -> State {
@@ -43,15 +43,8 @@ fn touches(record: &StepRecord) -> bool {
 }
 
 /// Records of `steps` steps, all of which must be solved.
-fn records(world: &World, states: &[State], steps: usize) -> Vec<StepRecord> {
-    let mut run = Simulation::new(world.clone(), states.to_vec(), Motion::native(world)).unwrap();
-    let step = |_| {
-        let mut record = StepRecord::new();
-        run.step(&mut record).unwrap();
-        assert!(is_good(&record), "k = {}: {:?}", record.index, record.report());
-        record
-    };
-    (0..steps).map(step).collect()
+fn records(world: &World, states: &[State], count: usize) -> Vec<StepRecord> {
+    steps(&mut simulate(world, states), count, is_solved)
 }
 
 /// Bodies roll, slide and spin on the face of a slab as on the ground.
@@ -76,7 +69,7 @@ fn a_slab_is_like_the_ground() {
         let slab = slab.moved_by(plane.frame(), &(normal * -0.25)).unwrap();
         let on_slab = world(vec![solid(1.0, piece)], vec![slab], 0.4, 0.002);
         let parameters = Parameters { ground: Some(plane), ..on_slab.parameters().clone() };
-        let on_ground = World::new(parameters).unwrap().with_integrator(Integrator::Euler);
+        let on_ground = euler(parameters);
         let mut start = state(zero, &turn);
         start.position += normal * (0.003 - on_ground.lowest_height(&[start]));
         (start.velocity, start.spin) = (velocity, spin);
@@ -272,9 +265,7 @@ impl Draw {
 /// World of two bodies without gravity.
 fn in_space(bodies: Vec<RigidBody>, time_step: f64) -> World {
     let world = world(bodies, Vec::new(), 0.5, time_step);
-    World::new(Parameters { gravity: Vector3::zeros(), ..world.parameters().clone() })
-        .unwrap()
-        .with_integrator(Integrator::Euler)
+    euler(Parameters { gravity: Vector3::zeros(), ..world.parameters().clone() })
 }
 
 /// 1080 drawn pairs of all shapes meet. The states after two steps of contact do not depend on which

@@ -12,15 +12,12 @@ fn solid(mass: f64, piece: Piece) -> RigidBody {
 
 fn world(body: RigidBody, friction: f64, slope: f64, time_step: f64) -> World {
     let normal = Vector3::new(slope.sin(), 0.0, slope.cos());
-    World::new(Parameters {
+    euler(Parameters {
         ground: Some(Plane::new(normal, 0.0).unwrap()),
-        gravity: Vector3::new(0.0, 0.0, -G),
         friction,
         time_step,
         ..Parameters::new(vec![body])
     })
-    .unwrap()
-    .with_integrator(Integrator::Euler)
 }
 
 /// State with its attitude as a rotation, on the ground of `world`.
@@ -39,15 +36,9 @@ fn run(world: &World, state: State, steps: usize) -> State {
     states(world, state, steps).pop().unwrap()
 }
 
-fn states(world: &World, state: State, steps: usize) -> Vec<State> {
-    let mut run = Simulation::new(world.clone(), [state], Motion::native(world)).unwrap();
-    let mut record = StepRecord::new();
-    let mut step = |_| {
-        run.step(&mut record).unwrap();
-        assert_ne!(record.status(), StepStatus::Failed, "k = {}", record.index);
-        record.next_states()[0]
-    };
-    (0..steps).map(&mut step).collect()
+fn states(world: &World, state: State, count: usize) -> Vec<State> {
+    let records = steps(&mut simulate(world, &[state]), count, has_not_failed);
+    records.iter().map(|record| record.next_states()[0]).collect()
 }
 
 fn quarter_turn() -> Rotation3<f64> {

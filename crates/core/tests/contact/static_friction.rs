@@ -13,7 +13,6 @@ fn block(angle: f64, time_step: f64, integrator: Integrator) -> World {
     let normal = Vector3::new(-angle.sin(), 0.0, angle.cos());
     let parameters = Parameters {
         ground: Some(Plane::new(normal, 0.0).unwrap()),
-        gravity: Vector3::new(0.0, 0.0, -G),
         friction: KINETIC,
         time_step,
         ..Parameters::new(vec![body])
@@ -33,13 +32,8 @@ fn start(angle: f64, speed: f64) -> State {
 }
 
 /// Takes `steps` solved steps and returns the speed along the plane.
-fn run(simulation: &mut Simulation<'_>, steps: usize) -> f64 {
-    let mut record = StepRecord::new();
-    for _ in 0..steps {
-        simulation.step(&mut record).unwrap();
-        let solved = matches!(record.status(), StepStatus::Converged | StepStatus::Retried);
-        assert!(solved && record.residual() < 1e-10, "{:?}", record.report());
-    }
+fn run(simulation: &mut Simulation<'_>, count: usize) -> f64 {
+    last_step(simulation, count, converged(1e-10));
     simulation.state().velocity.norm()
 }
 
@@ -139,7 +133,6 @@ fn an_edge_that_turns_does_not_slip() {
     let lean = 10.0_f64.to_radians();
     let fall = |friction: f64, most: f64, integrator: Integrator| {
         let parameters = Parameters {
-            gravity: Vector3::new(0.0, 0.0, -G),
             friction,
             ..Parameters::new(vec![RigidBody::solid_box(1.0, half).unwrap()])
         };

@@ -24,7 +24,6 @@ fn ball(angle: f64, time_step: f64, integrator: Integrator) -> World {
     let normal = Vector3::new(-angle.sin(), 0.0, angle.cos());
     let parameters = Parameters {
         ground: Some(Plane::new(normal, 0.0).unwrap()),
-        gravity: Vector3::new(0.0, 0.0, -G),
         friction: 0.6,
         time_step,
         ..Parameters::new(vec![solid_ball(2.0, RADIUS)])
@@ -41,17 +40,8 @@ fn simulate(world: &World, velocity: Vector3<f64>, spin: Vector3<f64>) -> Simula
 }
 
 /// Takes `steps` solved steps.
-fn run(simulation: &mut Simulation<'_>, steps: usize) {
-    let mut record = StepRecord::new();
-    for _ in 0..steps {
-        simulation.step(&mut record).unwrap();
-        let status = record.status();
-        assert!(
-            status.is_solved() && record.residual() < 1e-10,
-            "{status} {:?}",
-            record.certificate()
-        );
-    }
+fn run(simulation: &mut Simulation<'_>, count: usize) {
+    last_step(simulation, count, |record| is_solved(record) && record.residual() < 1e-10);
 }
 
 /// Checks a ball that rolls with v: it decelerates by a = μ_r g/(7/5 r) and stops after v²/2a.
@@ -139,15 +129,10 @@ fn a_ball_that_cannot_roll_slides_like_a_block() {
 #[test]
 fn an_impact_with_rolling_resistance_makes_no_energy() {
     let parameters = Parameters {
-        gravity: Vector3::new(0.0, 0.0, -G),
         friction: 0.0,
         ..Parameters::new(vec![RigidBody::solid_box(1.0, Vector3::new(0.1, 0.05, 0.075)).unwrap()])
     };
-    let world = World::new(parameters)
-        .unwrap()
-        .with_integrator(Integrator::Euler)
-        .with_restitution(0.9)
-        .unwrap();
+    let world = euler(parameters).with_restitution(0.9).unwrap();
     let world = world.with_coefficient(Coefficient::RollingFriction, 0.04).unwrap();
     let attitude = Vector4::new(-0.693, 0.601, -0.373, -0.140).normalize();
     let start = State {
@@ -183,7 +168,6 @@ fn capsules_and_cylinders_roll_to_rest() {
         let slowing = FRICTION.rolling * G * radius / (radius * radius + about);
         let parameters = Parameters {
             ground: Some(Plane::new(Vector3::z(), 0.0).unwrap()),
-            gravity: Vector3::new(0.0, 0.0, -G),
             friction: 0.6,
             time_step: 0.001,
             ..Parameters::new(vec![body])
@@ -213,7 +197,6 @@ fn rolling_is_similar_at_any_size() {
     let distance = |size: f64| {
         let parameters = Parameters {
             ground: Some(Plane::new(Vector3::z(), 0.0).unwrap()),
-            gravity: Vector3::new(0.0, 0.0, -G),
             friction: 0.6,
             time_step: 0.002 * size.sqrt(),
             ..Parameters::new(vec![solid_ball(size.powi(3), 0.1 * size)])
@@ -253,7 +236,6 @@ fn the_order_of_the_bodies_plays_no_part() {
     let ends = [[0, 1], [1, 0]].map(|order| {
         let parameters = Parameters {
             ground: Some(Plane::new(Vector3::z(), 0.0).unwrap()),
-            gravity: Vector3::new(0.0, 0.0, -G),
             friction: 0.3,
             ..Parameters::new(order.map(|of| bodies[of].clone()).to_vec())
         };
@@ -308,7 +290,6 @@ fn moments_act_on_both_bodies() {
     let sphere = solid_ball(2.0, RADIUS);
     let parameters = Parameters {
         ground: Some(Plane::new(Vector3::z(), 0.0).unwrap()),
-        gravity: Vector3::new(0.0, 0.0, -G),
         friction: 0.0,
         time_step: 0.0005,
         ..Parameters::new(vec![plate, sphere])
@@ -373,13 +354,11 @@ fn moments_obey_their_law() {
     ];
     let parameters = Parameters {
         ground: Some(Plane::new(Vector3::z(), 0.0).unwrap()),
-        gravity: Vector3::new(0.0, 0.0, -G),
         friction: 0.4,
         time_step: h,
         ..Parameters::new(bodies)
     };
-    let world =
-        with_both(World::new(parameters).unwrap().with_integrator(Integrator::Euler), friction);
+    let world = with_both(euler(parameters), friction);
     let attitude = Vector4::new(1.0, 0.0, 0.0, 0.0);
     let at = |x: f64, z: f64, spin: Vector3<f64>| State {
         position: Vector3::new(x, 0.0, z),

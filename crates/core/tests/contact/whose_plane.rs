@@ -10,26 +10,12 @@ type Placed = (RigidBody, State);
 
 /// Records of a run of `placed` in the order `order`, above a ground far below. `gravity` acts
 /// downwards [m/s²].
-fn run(placed: &[Placed], order: &[usize], gravity: f64, steps: usize) -> Vec<StepRecord> {
+fn run(placed: &[Placed], order: &[usize], gravity: f64, count: usize) -> Vec<StepRecord> {
     let bodies = order.iter().map(|&index| placed[index].0.clone()).collect();
-    let (ground, gravity) = (Plane::level(), V::new(0.0, 0.0, -gravity));
-    let parameters = Parameters {
-        ground: Some(ground),
-        gravity,
-        friction: 0.4,
-        rotation: Rotation::Momentum,
-        ..Parameters::new(bodies)
-    };
-    let world = World::new(parameters).unwrap().with_integrator(Integrator::Euler);
-    let motion = Motion::native(&world);
-    let states = order.iter().map(|&index| placed[index].1);
-    let mut simulation = Simulation::new(world, states, motion).unwrap();
-    let step = |_| {
-        let mut record = StepRecord::new();
-        simulation.step(&mut record).unwrap();
-        record
-    };
-    (0..steps).map(step).collect()
+    let gravity = V::new(0.0, 0.0, -gravity);
+    let world = euler(Parameters { gravity, friction: 0.4, ..Parameters::new(bodies) });
+    let states: Vec<_> = order.iter().map(|&index| placed[index].1).collect();
+    steps(&mut simulate(&world, &states), count, |_| true)
 }
 
 /// Random box, cube, capsule, ball or hull of 3 to 12 cm.

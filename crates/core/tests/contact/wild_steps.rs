@@ -13,14 +13,8 @@ fn energy(world: &World, state: &State) -> f64 {
 }
 
 /// Records of a native run of one body.
-fn run(world: &World, start: State, steps: usize) -> Vec<StepRecord> {
-    let mut simulation = Simulation::new(world.clone(), [start], Motion::native(world)).unwrap();
-    let mut step = || {
-        let mut record = StepRecord::new();
-        simulation.step(&mut record).unwrap();
-        record
-    };
-    (0..steps).map(|_| step()).collect()
+fn run(world: &World, start: State, count: usize) -> Vec<StepRecord> {
+    steps(&mut simulate(world, &[start]), count, |_| true)
 }
 
 /// Checks a cube that spins on ice at 20 rad/s, 2 rad in a step of 0.1 s. The impulses of the step

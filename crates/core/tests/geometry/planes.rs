@@ -68,13 +68,7 @@ fn records(
     let mut simulation = Simulation::new(world.clone(), [start], motion).unwrap();
     let point = Vector3::new(0.5, 0.0, 0.1);
     simulation.set_load(0, Load::new(push, Polyline::default(), point).unwrap()).unwrap();
-    let mut record = StepRecord::new();
-    let mut all = Vec::new();
-    for _ in 0..steps {
-        simulation.step(&mut record).unwrap();
-        all.push(record.clone());
-    }
-    all
+    common::prelude::steps(&mut simulation, steps, |_| true)
 }
 
 #[test]

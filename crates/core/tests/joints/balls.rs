@@ -3,7 +3,6 @@
 
 use crate::common::prelude::*;
 
-const H: f64 = 0.002;
 
 /// Two free bodies side by side, connected by the given joint.
 fn pair(joint: Joint) -> World {
@@ -14,8 +13,7 @@ fn pair(joint: Joint) -> World {
     let (ground, gravity) = (None, Vector3::zeros());
     let bodies = vec![body(), body()];
     let rotation = Rotation::Momentum;
-    let parameters =
-        Parameters { ground, gravity, time_step: H, rotation, ..Parameters::new(bodies) };
+    let parameters = Parameters { ground, gravity, rotation, ..Parameters::new(bodies) };
     let world = World::new(parameters).unwrap().with_joints(vec![joint]).unwrap();
     world.with_untouched(0).unwrap().with_untouched(1).unwrap()
 }

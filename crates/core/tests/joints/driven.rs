@@ -37,11 +37,7 @@ fn slide(mass: f64, drive: Drive) -> World {
     let along = JointFrame::along(Vector3::zeros(), Vector3::x()).unwrap();
     let body = solid(mass, Vector3::repeat(0.1));
     let joint = Joint::prismatic(0, None, [along; 2], drive);
-    World::new(parameters(vec![body], 0.0))
-        .unwrap()
-        .with_integrator(Integrator::Euler)
-        .with_joints(vec![joint])
-        .unwrap()
+    euler(parameters(vec![body], 0.0)).with_joints(vec![joint]).unwrap()
 }
 
 const ALONG: JointAxis = JointAxis::Linear(2);
@@ -59,9 +55,7 @@ fn a_joint_rests_until_its_static_friction() {
     for integrator in [Integrator::Euler, Integrator::Leapfrog] {
         let drive = Drive { friction: 0.05, static_friction: Some(0.5), ..Drive::NONE };
         let joint = Joint::revolute(0, None, [along; 2], drive);
-        let world = World::new(parameters(vec![body.clone().unwrap()], 0.0))
-            .unwrap()
-            .with_integrator(Integrator::Euler);
+        let world = euler(parameters(vec![body.clone().unwrap()], 0.0));
         let world = world.with_integrator(integrator).with_joints(vec![joint]).unwrap();
         let motion = Motion::native(&world);
         let mut simulation =
@@ -190,11 +184,7 @@ fn an_armature_is_inertia_of_its_axis() {
     let frame = JointFrame::along(Vector3::zeros(), Vector3::y()).unwrap();
     let drive = Drive { armature: 0.5, force: 0.7, ..Drive::NONE };
     let hinge = Joint::revolute(0, None, [frame; 2], drive);
-    let world = World::new(parameters(vec![body], 0.0))
-        .unwrap()
-        .with_integrator(Integrator::Euler)
-        .with_joints(vec![hinge])
-        .unwrap();
+    let world = euler(parameters(vec![body], 0.0)).with_joints(vec![hinge]).unwrap();
     let mut simulation =
         Simulation::new(world.clone(), [State::at_rest(Vector3::zeros())], Motion::native(&world))
             .unwrap();
@@ -229,11 +219,7 @@ fn light_links_with_heavy_rotors_take_few_iterations() {
         Joint::revolute(body, Some(other), [frame(-0.2 * sign), frame(reach * sign)], drive)
     };
     let joints = vec![hinge(1, 0, 1.0), hinge(2, 1, 1.0), hinge(3, 0, -1.0), hinge(4, 3, -1.0)];
-    let world = World::new(parameters(bodies, 0.0))
-        .unwrap()
-        .with_integrator(Integrator::Euler)
-        .with_joints(joints)
-        .unwrap();
+    let world = euler(parameters(bodies, 0.0)).with_joints(joints).unwrap();
     let starts = [0.0, 0.35, 0.75, -0.35, -0.75].map(|x| State::at_rest(Vector3::new(x, 0.0, 0.0)));
     let mut simulation = Simulation::new(world.clone(), starts, Motion::native(&world)).unwrap();
     let mut record = StepRecord::new();
@@ -279,11 +265,7 @@ fn tray_and_box(friction: f64) -> (World, [State; 2]) {
     let joint = Joint::fixed(0, None, [JointFrame::at(Vector3::zeros()), JointFrame::at(place)]);
     let mut parameters = parameters(vec![tray, cube], G);
     parameters.friction = friction;
-    let world = World::new(parameters)
-        .unwrap()
-        .with_integrator(Integrator::Euler)
-        .with_joints(vec![joint])
-        .unwrap();
+    let world = euler(parameters).with_joints(vec![joint]).unwrap();
     (world, [State::at_rest(place), State::at_rest(Vector3::new(0.0, 0.0, 0.02))])
 }
 
@@ -446,11 +428,7 @@ fn a_pusher_pushes_with_what_friction_takes() {
     let joint = Joint::fixed(0, None, [JointFrame::at(Vector3::zeros()), JointFrame::at(place)]);
     let mut parameters = parameters(vec![pusher, cube], G);
     parameters.ground = Some(Plane::level());
-    let world = World::new(parameters)
-        .unwrap()
-        .with_integrator(Integrator::Euler)
-        .with_joints(vec![joint])
-        .unwrap();
+    let world = euler(parameters).with_joints(vec![joint]).unwrap();
     let world = world.with_friction_between(1, Partner::Body(0), 0.0).unwrap();
     let states = [State::at_rest(place), State::at_rest(Vector3::new(0.0, 0.0, 0.1))];
     let mut simulation = Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
@@ -480,14 +458,13 @@ fn a_conveyor_takes_a_box_along() {
     let on_ground = || {
         let mut parameters = parameters(vec![cube()], G);
         parameters.ground = Some(Plane::level());
-        World::new(parameters).unwrap().with_integrator(Integrator::Euler)
+        euler(parameters)
     };
     let fixed = {
         let moved = Piece::cuboid(Vector3::new(3.0, 1.0, 0.1)).unwrap();
         let down = Vector3::new(0.0, 0.0, -0.1);
         let piece = moved.moved_by(&Matrix3::identity(), &down).unwrap();
-        let world =
-            World::new(parameters(vec![cube()], G)).unwrap().with_integrator(Integrator::Euler);
+        let world = euler(parameters(vec![cube()], G));
         world.with_fixed(vec![Fixed { piece, friction: None }]).unwrap()
     };
     let (trayed, _) = tray_and_box(friction);
@@ -529,12 +506,11 @@ fn a_ball_on_a_belt_rolls_at_two_sevenths_of_it() {
     let capsule = Piece::capsule(2.0, radius).unwrap();
     let along = Matrix3::new(0.0, 0.0, 1.0, 0.0, 1.0, 0.0, -1.0, 0.0, 0.0);
     let rail = capsule.moved_by(&along, &Vector3::new(0.0, 0.0, -radius)).unwrap();
-    let on_rail =
-        World::new(parameters(vec![ball.clone()], G)).unwrap().with_integrator(Integrator::Euler);
+    let on_rail = euler(parameters(vec![ball.clone()], G));
     let on_rail = on_rail.with_fixed(vec![Fixed { piece: rail, friction: None }]).unwrap();
     let mut on_ground = parameters(vec![ball], G);
     on_ground.ground = Some(Plane::level());
-    let on_ground = World::new(on_ground).unwrap().with_integrator(Integrator::Euler);
+    let on_ground = euler(on_ground);
     let belt = Vector3::x() * 0.7;
     for world in [
         on_ground.with_surface(Partner::Ground, belt).unwrap(),
@@ -565,11 +541,7 @@ fn settings_changed_during_a_run_are_saved() {
     let joints =
         vec![Joint::prismatic(0, None, [along; 2], Drive::NONE), Joint::fixed(1, None, held)];
     let bodies = [0.1, 0.2, 0.1].map(|half| solid(20.0 * half, Vector3::repeat(half))).to_vec();
-    let world = World::new(parameters(bodies, G))
-        .unwrap()
-        .with_integrator(Integrator::Euler)
-        .with_joints(joints)
-        .unwrap();
+    let world = euler(parameters(bodies, G)).with_joints(joints).unwrap();
     let made = || {
         let starts = [0.0, 2.0, 2.3].map(|z| State::at_rest(Vector3::new(0.0, 0.0, z)));
         Simulation::new(world.clone(), starts, Motion::native(&world)).unwrap()

@@ -19,7 +19,7 @@ fn world(bodies: Vec<RigidBody>, joints: Vec<Joint>, gravity: f64, time_step: f6
         time_step,
         ..Parameters::new(bodies)
     };
-    World::new(parameters).unwrap().with_integrator(Integrator::Euler).with_joints(joints).unwrap()
+    euler(parameters).with_joints(joints).unwrap()
 }
 
 fn about(axis: usize, angle: f64) -> Vector4<f64> {
@@ -59,21 +59,9 @@ fn placed(angles: &Vector3<f64>) -> State {
     State { position: -(rotation(&attitude) * ARM), attitude, velocity, spin }
 }
 
-fn started(world: &World, states: &[State]) -> Simulation<'static> {
-    Simulation::new(world.clone(), states.to_vec(), Motion::native(world)).unwrap()
-}
-
 /// Runs `steps` steps. Every step must be solved, certified and physical.
-fn run(simulation: &mut Simulation<'_>, steps: u32) -> StepRecord {
-    let mut record = StepRecord::new();
-    for k in 0..steps {
-        simulation.step(&mut record).unwrap();
-        let status = record.status();
-        let solved = matches!(status, StepStatus::Converged | StepStatus::Retried);
-        assert!(solved, "step {k}: {status}, {:?}", record.certificate());
-        assert!(record.residual() < 1e-9, "step {k}: {:?}", record.certificate());
-    }
-    record
+fn run(simulation: &mut Simulation<'_>, count: usize) -> StepRecord {
+    last_step(simulation, count, converged(1e-9))
 }
 
 fn joint_error(world: &World, states: &[State]) -> f64 {
@@ -89,7 +77,7 @@ fn friction_of_the_angles_holds_the_weight() {
         let angles = Vector3::from(angles);
         let drive = Drive { friction: 50.0, ..Drive::NONE };
         let (world, state) = hung(&angles, [drive; 3], G, 1e-3);
-        let mut simulation = started(&world, &[state]);
+        let mut simulation = simulate(&world, &[state]);
         let record = run(&mut simulation, 50);
         assert!((record.next().position - state.position).amax() < 1e-13);
         let (torque, at) =
@@ -115,7 +103,7 @@ fn limits_of_the_angles_hold() {
         |low, high, force| Drive { limits: Some([low, high]), force, damping: 0.3, ..Drive::NONE };
     let drives = [limit(-0.5, 0.7, 4.0), limit(-1.0, 0.2, -15.0), limit(-1.2, 0.6, 14.0)];
     let (world, state) = hung(&Vector3::new(0.1, 0.1, 0.2), drives, 0.0, 1e-3);
-    let mut simulation = started(&world, &[state]);
+    let mut simulation = simulate(&world, &[state]);
     let mut at = Vector3::zeros();
     for _ in 0..3000 {
         let record = run(&mut simulation, 1);
@@ -138,7 +126,7 @@ fn motors_hold_the_speeds_of_all_angles() {
     let drive = |target| Drive { motor: motor(target), ..Drive::NONE };
     let drives = [drive(5.0), drive(-7.0), drive(0.3)];
     let (world, state) = hung(&Vector3::new(0.2, 0.0, -1.0), drives, G, 1e-3);
-    let mut simulation = started(&world, &[state]);
+    let mut simulation = simulate(&world, &[state]);
     let before = run(&mut simulation, 1).first().solution.joints[0].angles;
     let after = run(&mut simulation, 4000).first().solution.joints[0].angles;
     for (k, rate) in [5.0, -7.0, 0.3].into_iter().enumerate() {
@@ -158,8 +146,8 @@ fn springs_of_the_angles_lose_what_implicit_springs_do() {
     let (start, duration) = (spring(angles), 1.0);
     let lost = |h: f64| {
         let (world, state) = hung(&angles, drives, 0.0, h);
-        let mut simulation = started(&world, &[state]);
-        let record = run(&mut simulation, (duration / h).round() as u32);
+        let mut simulation = simulate(&world, &[state]);
+        let record = run(&mut simulation, (duration / h).round() as usize);
         let joint = &world.joints()[0];
         let at =
             |states: &[State]| joint.turns(&joint.coordinates(states).unwrap(), &Vector3::zeros());
@@ -183,7 +171,7 @@ fn a_gimbal_without_drives_is_a_ball_joint() {
     state.velocity = -(rotation(&state.attitude) * state.spin).cross(&arm);
     let frames = *world.joints()[0].frames();
     let free = world.clone().with_joints(vec![Joint::spherical(0, None, frames)]).unwrap();
-    let [mut one, mut other] = [&world, &free].map(|world| started(world, &[state]));
+    let [mut one, mut other] = [&world, &free].map(|world| simulate(world, &[state]));
     for _ in 0..20 {
         let (a, b) = (run(&mut one, 50), run(&mut other, 50));
         assert!((a.next().position - b.next().position).amax() < 1e-9);
@@ -229,7 +217,7 @@ fn drives_of_angles_keep_momenta() {
             spin: Vector3::new(1.0, 2.0, -1.5),
         });
         let (states, _) = world.assemble(&states).unwrap();
-        let mut simulation = started(&world, &states);
+        let mut simulation = simulate(&world, &states);
         let momenta = |states: &[State]| {
             let (mut linear, mut angular) = (Vector3::zeros(), Vector3::zeros());
             for (body, state) in world.bodies().iter().zip(states) {
@@ -259,7 +247,7 @@ fn a_gimbal_is_three_hinges_with_nothing_between() {
     let drives = [drive(1.0), drive(2.0), drive(3.0)];
     let start = Vector3::zeros();
     let (gimbal, state) = hung(&start, drives, G, 1e-3);
-    let mut one = started(&gimbal, &[state]);
+    let mut one = simulate(&gimbal, &[state]);
     let end = run(&mut one, 500);
     let apart = |small: f64| {
         let inertia = Matrix3::identity() * small * 0.01;
@@ -277,7 +265,7 @@ fn a_gimbal_is_three_hinges_with_nothing_between() {
         ];
         let world = world(bodies, joints, G, 1e-3);
         let at = State { position: zero, ..state };
-        let mut other = started(&world, &[state, at, at]);
+        let mut other = simulate(&world, &[state, at, at]);
         let last = run(&mut other, 500);
         let angles = &last.first().solution.joints;
         let found = Vector3::new(angles[2].angles[2], angles[0].angles[2], angles[1].angles[2]);
@@ -297,7 +285,7 @@ fn the_middle_angle_goes_on_beyond_a_quarter_turn() {
     let joint = Joint::gimbal(0, None, frames, drives);
     let world = world(vec![brick(2.0, Vector3::new(0.1, 0.15, 0.3))], vec![joint], 0.0, 1e-3);
     let state = State { attitude: about(2, 1.0), position: Vector3::zeros(), ..placed(&ARM) };
-    let mut simulation = started(&world, &[state]);
+    let mut simulation = simulate(&world, &[state]);
     let before = run(&mut simulation, 1).first().solution.joints[0].angles;
     let after = run(&mut simulation, 700).first().solution.joints[0].angles;
     assert!((after[2] - before[2] - 1.4).abs() < 1e-9, "{after}");
@@ -322,7 +310,7 @@ fn hinges_about_axes_of_the_left_hand_are_driven_one_by_one() {
     let state = placed(&Vector3::zeros());
     let at = world.joints()[0].coordinates(&[state]).unwrap();
     assert!(world.joints()[0].turns(&at, &Vector3::zeros()).amax() < 1e-12);
-    let mut simulation = started(&world, &[state]);
+    let mut simulation = simulate(&world, &[state]);
     let record = run(&mut simulation, 4000);
     let [a, b, c] = [about(0, targets[0]), about(2, targets[1]), about(1, targets[2])];
     let turned = left(&(left(&a) * b)) * c;
@@ -345,7 +333,7 @@ fn a_planar_root_is_driven_along_all_its_axes() {
     }
     let world = world(vec![brick(1.0, Vector3::repeat(0.1))], vec![joint], G, 1e-3);
     let state = State { position: Vector3::zeros(), ..placed(&Vector3::zeros()) };
-    let mut simulation = started(&world, &[state]);
+    let mut simulation = simulate(&world, &[state]);
     let record = run(&mut simulation, 2000);
     let joint = &world.joints()[0];
     let place = joint.coordinates(record.next_states()).unwrap().place;

@@ -12,29 +12,13 @@ fn bar(mass: f64, half: Vector3<f64>) -> RigidBody {
 }
 
 fn world(bodies: Vec<RigidBody>, joints: Vec<Joint>, time_step: f64) -> World {
-    let parameters = Parameters {
-        ground: None,
-        gravity: Vector3::new(0.0, 0.0, -G),
-        time_step,
-        ..Parameters::new(bodies)
-    };
-    World::new(parameters).unwrap().with_integrator(Integrator::Euler).with_joints(joints).unwrap()
+    let parameters = Parameters { ground: None, time_step, ..Parameters::new(bodies) };
+    euler(parameters).with_joints(joints).unwrap()
 }
 
 /// Runs `steps` steps and returns the last record. Every step must be solved and certified.
-fn run(simulation: &mut Simulation<'_>, steps: u32) -> StepRecord {
-    let mut record = StepRecord::new();
-    for k in 0..steps {
-        simulation.step(&mut record).unwrap();
-        let status = record.status();
-        assert!(
-            matches!(status, StepStatus::Converged | StepStatus::Retried),
-            "step {k}: {status}, {:?}",
-            record.certificate()
-        );
-        assert!(record.residual() < 1e-9, "step {k}: {:?}", record.certificate());
-    }
-    record
+fn run(simulation: &mut Simulation<'_>, count: usize) -> StepRecord {
+    last_step(simulation, count, converged(1e-9))
 }
 
 /// Largest joint error [m, rad].
@@ -243,11 +227,7 @@ fn a_free_chain_keeps_its_momenta() {
     });
     let mut parameters = world(bodies.clone(), Vec::new(), 4e-3).parameters().clone();
     parameters.gravity = Vector3::zeros();
-    let world = World::new(parameters)
-        .unwrap()
-        .with_integrator(Integrator::Euler)
-        .with_joints(joints.collect())
-        .unwrap();
+    let world = euler(parameters).with_joints(joints.collect()).unwrap();
     // The chain rotates rigidly at first.
     let spin = Vector3::new(1.0, 3.0, -2.0);
     let states = (0..5).map(|k| {
@@ -319,11 +299,7 @@ fn a_mechanism_touches_the_ground() {
     parameters.ground = Some(Plane::level());
     parameters.friction = 0.0;
     let joint = Joint::revolute(0, None, frames, Drive::NONE);
-    let world = World::new(parameters)
-        .unwrap()
-        .with_integrator(Integrator::Euler)
-        .with_joints(vec![joint])
-        .unwrap();
+    let world = euler(parameters).with_joints(vec![joint]).unwrap();
     let state = State::at_rest(Vector3::new(0.5, 0.0, 0.3));
     let mut simulation = Simulation::new(world.clone(), [state], Motion::native(&world)).unwrap();
     let record = run(&mut simulation, 1500);
@@ -437,11 +413,7 @@ fn a_universal_joint_turns_as_a_cardan_shaft() {
     // of the first.
     let mut parameters = world(vec![shaft(), shaft()], Vec::new(), 1e-3).parameters().clone();
     parameters.gravity = Vector3::zeros();
-    let world = World::new(parameters)
-        .unwrap()
-        .with_integrator(Integrator::Euler)
-        .with_joints(vec![first, bearing, cross])
-        .unwrap();
+    let world = euler(parameters).with_joints(vec![first, bearing, cross]).unwrap();
     let mut simulation = Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
     for _ in 0..40 {
         let record = run(&mut simulation, 50);
@@ -573,12 +545,8 @@ fn corner_forces_are_equal_again_after_a_torque() {
         [hinge(Vector3::new(0.0, 0.0, 0.05)), hinge(Vector3::new(0.0, 0.0, 0.1))],
         Drive::NONE,
     );
-    let parameters = Parameters { gravity: Vector3::new(0.0, 0.0, -G), ..Parameters::new(bodies) };
-    let world = World::new(parameters)
-        .unwrap()
-        .with_integrator(Integrator::Euler)
-        .with_joints(vec![joint])
-        .unwrap();
+    let parameters = Parameters::new(bodies);
+    let world = euler(parameters).with_joints(vec![joint]).unwrap();
     let states =
         [State::at_rest(Vector3::new(0.0, 0.0, 0.1)), State::at_rest(Vector3::new(0.0, 0.0, 0.15))];
     let mut simulation = Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();

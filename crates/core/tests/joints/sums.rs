@@ -37,11 +37,7 @@ fn pair(drives: [Drive; 2], hinges: bool, gear: impl Fn([GearAxis; 2]) -> Gear) 
         let axis = if hinges { JointAxis::Angular(2) } else { JointAxis::Linear(2) };
         GearAxis { joint, axis }
     };
-    let world = World::new(parameters)
-        .unwrap()
-        .with_integrator(Integrator::Euler)
-        .with_joints(vec![joint(0), joint(1)])
-        .unwrap();
+    let world = euler(parameters).with_joints(vec![joint(0), joint(1)]).unwrap();
     world.with_gears(vec![gear([axis(0), axis(1)])]).unwrap()
 }
 

@@ -175,9 +175,7 @@ fn the_rule_gives_the_least_norm_and_a_start_is_kept() {
 #[test]
 fn the_problem_of_a_step_has_its_impulses() {
     let cube = RigidBody::solid_box(2.0, Vector3::new(0.5, 0.4, 0.3)).unwrap();
-    let world = World::new(Parameters { friction: 0.3, ..Parameters::new(vec![cube]) })
-        .unwrap()
-        .with_integrator(Integrator::Euler);
+    let world = euler(Parameters { friction: 0.3, ..Parameters::new(vec![cube]) });
     let (mut unique, mut others) = (0, 0);
     for seed in 0..6 {
         let start = State {

@@ -20,15 +20,13 @@ fn simulation(world: &World, starts: &[State], threads: usize) -> Simulation<'st
 fn world(bodies: Vec<RigidBody>) -> World {
     let gravity = Vector3::new(0.0, 0.0, -9.81);
     let (ground, friction, time_step) = (Plane::level(), 0.5, 0.002);
-    World::new(Parameters {
+    euler(Parameters {
         ground: Some(ground),
         gravity,
         friction,
         time_step,
         ..Parameters::new(bodies)
     })
-    .unwrap()
-    .with_integrator(Integrator::Euler)
 }
 
 /// World with `heaps` piles of five falling boxes, and as many single boxes that are thrown.

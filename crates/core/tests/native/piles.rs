@@ -38,18 +38,11 @@ fn pile(seed: u32, count: usize, mixed: bool) -> Pile {
 }
 
 fn world(bodies: Vec<RigidBody>, ground: Plane, gravity: Vector3<f64>) -> World {
-    World::new(Parameters { ground: Some(ground), gravity, ..Parameters::new(bodies) })
-        .unwrap()
-        .with_integrator(Integrator::Euler)
+    euler(Parameters { ground: Some(ground), gravity, ..Parameters::new(bodies) })
 }
 
 fn level(bodies: Vec<RigidBody>) -> World {
     world(bodies, Plane::level(), Vector3::new(0.0, 0.0, -9.81))
-}
-
-fn simulation(world: &World, starts: &[State]) -> Simulation<'static> {
-    let motion = Motion::native(world);
-    Simulation::new(world.clone(), starts.iter().copied(), motion).unwrap()
 }
 
 /// Kinetic and potential energy [J].
@@ -95,7 +88,7 @@ fn piles_of_other_seeds_are_certified() {
     for (seed, mixed) in [(101, false), (202, false), (303, true), (404, true), (505, true)] {
         let Pile { bodies, starts } = pile(seed, 24, mixed);
         let world = level(bodies);
-        let mut simulation = simulation(&world, &starts);
+        let mut simulation = simulate(&world, &starts);
         let mut record = StepRecord::new();
         for _ in 0..900 {
             simulation.step(&mut record).unwrap();
@@ -159,7 +152,7 @@ fn a_step_of_a_pile_does_not_know_its_frame_nor_its_numbers() {
     let order: Vec<usize> = (0..count).map(|index| (5 * index + 3) % count).collect();
     let shuffled = level(order.iter().map(|&index| bodies[index].clone()).collect());
 
-    let mut run = simulation(&plain, &starts);
+    let mut run = simulate(&plain, &starts);
     let mut record = StepRecord::new();
     let (mut compared, mut different) = (0, 0);
     for k in 0..450 {
@@ -207,7 +200,7 @@ fn structures_stand_from_their_first_step_on() {
     for (body, places) in [(cube, pyramid), (brick, tower)] {
         let starts: Vec<_> = places.iter().map(|(_, position)| at(*position)).collect();
         let world = level(vec![body.clone(); places.len()]);
-        let mut simulation = simulation(&world, &starts);
+        let mut simulation = simulate(&world, &starts);
         let mut record = StepRecord::new();
         simulation.step(&mut record).unwrap();
         assert_eq!(record.status(), StepStatus::Converged);

@@ -22,7 +22,7 @@ fn at(position: V) -> State {
 /// World without a ground. `fall` is gravity [m/s²].
 fn world(bodies: Vec<RigidBody>, friction: f64, time_step: f64, fall: f64) -> World {
     let gravity = v(0.0, 0.0, -fall);
-    World::new(Parameters {
+    euler(Parameters {
         bodies,
         ground: None,
         gravity,
@@ -30,8 +30,6 @@ fn world(bodies: Vec<RigidBody>, friction: f64, time_step: f64, fall: f64) -> Wo
         time_step,
         rotation: Rotation::Momentum,
     })
-    .unwrap()
-    .with_integrator(Integrator::Euler)
 }
 
 fn fixed_box(half_sides: V, centre: V) -> Fixed {
@@ -39,15 +37,8 @@ fn fixed_box(half_sides: V, centre: V) -> Fixed {
     Fixed { piece: piece.moved_by(&Matrix3::identity(), &centre).unwrap(), friction: None }
 }
 
-fn run(world: &World, states: &[State], steps: usize) -> Vec<StepRecord> {
-    let motion = Motion::native(world);
-    let mut simulation = Simulation::new(world.clone(), states.iter().copied(), motion).unwrap();
-    let step = |_| {
-        let mut record = StepRecord::new();
-        simulation.step(&mut record).unwrap();
-        record
-    };
-    (0..steps).map(step).collect()
+fn run(world: &World, states: &[State], count: usize) -> Vec<StepRecord> {
+    steps(&mut simulate(world, states), count, |_| true)
 }
 
 fn kinetic(world: &World, states: &[State]) -> f64 {
@@ -240,7 +231,7 @@ fn turn_of_two_radians_within_reach_of_something_is_unphysical() {
             time_step: 0.005,
             rotation,
         };
-        result(&World::new(parameters).unwrap().with_integrator(Integrator::Euler), start)
+        result(&euler(parameters), start)
     };
     turns_far(ground(0.5));
     assert_eq!(ground(1.5), (StepStatus::Free, None));

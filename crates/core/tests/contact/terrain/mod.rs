@@ -25,14 +25,7 @@ fn body(piece: Piece) -> RigidBody {
 
 /// World of one body over nothing.
 fn empty(body: RigidBody, friction: f64) -> World {
-    World::new(Parameters {
-        ground: None,
-        friction,
-        time_step: 0.005,
-        ..Parameters::new(vec![body])
-    })
-    .unwrap()
-    .with_integrator(Integrator::Euler)
+    euler(Parameters { ground: None, friction, time_step: 0.005, ..Parameters::new(vec![body]) })
 }
 
 fn on_terrain(world: &World, terrain: impl Into<Terrain>) -> World {

@@ -230,11 +230,7 @@ fn the_order_of_bodies_is_no_matter() {
         }
         let joints = world.joints().iter().rev().map(|joint| renumbered(joint, place));
         let parameters = Parameters { bodies, ..world.parameters().clone() };
-        let other = World::new(parameters)
-            .unwrap()
-            .with_integrator(Integrator::Euler)
-            .with_joints(joints.collect())
-            .unwrap();
+        let other = euler(parameters).with_joints(joints.collect()).unwrap();
         let other = smooth(other, &bars.iter().map(|bar| place(*bar)).collect::<Vec<_>>());
         let start = |world: &World, states: Vec<State>| {
             Simulation::new(world.clone(), states, Motion::native(world))

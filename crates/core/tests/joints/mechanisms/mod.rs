@@ -35,7 +35,7 @@ fn frames(
 }
 
 fn parameters(bodies: Vec<RigidBody>, time_step: f64) -> Parameters {
-    Parameters { gravity: Vector3::new(0.0, 0.0, -G), time_step, ..Parameters::new(bodies) }
+    Parameters { time_step, ..Parameters::new(bodies) }
 }
 
 /// Largest joint error [m, rad].
@@ -101,14 +101,7 @@ fn loop_of_rods(
     let joints = joints.collect();
     let mut parameters = parameters(bodies, time_step);
     (parameters.ground, parameters.gravity) = (None, gravity);
-    (
-        World::new(parameters)
-            .unwrap()
-            .with_integrator(Integrator::Euler)
-            .with_joints(joints)
-            .unwrap(),
-        states,
-    )
+    (euler(parameters).with_joints(joints).unwrap(), states)
 }
 
 /// Checks Bricard's mechanism: five rods and six hinges with one redundant constraint. The
@@ -192,11 +185,7 @@ fn four_bar_windows_go_through_their_singular_position() {
     }
     let mut parameters = parameters(bodies, h);
     parameters.ground = None;
-    let apart = World::new(parameters)
-        .unwrap()
-        .with_integrator(Integrator::Euler)
-        .with_joints(joints)
-        .unwrap();
+    let apart = euler(parameters).with_joints(joints).unwrap();
     let mut simulation =
         Simulation::new(apart.clone(), states.clone(), Motion::native(&apart)).unwrap();
     let mut record = StepRecord::new();
@@ -244,11 +233,7 @@ fn a_ring_that_folds_is_taken_where_it_makes_no_energy() {
         Joint::revolute(k, Some(before), frames, Drive::NONE)
     });
     let joints = joints.collect();
-    let world = World::new(parameters(bodies, h))
-        .unwrap()
-        .with_integrator(Integrator::Euler)
-        .with_joints(joints)
-        .unwrap();
+    let world = euler(parameters(bodies, h)).with_joints(joints).unwrap();
     let mut simulation = Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
     let (mut record, mut retried) = (StepRecord::new(), 0);
     for _ in 0..240 {

@@ -286,11 +286,7 @@ pub fn mechanism(numbers: &mut Numbers) -> (World, Vec<State>, Vec<usize>) {
         joints.push(any_joint(&states, 0, None, numbers));
     }
     let time_step = numbers.between(1e-3, 5e-3);
-    let world = World::new(parameters(bodies, time_step))
-        .unwrap()
-        .with_integrator(Integrator::Euler)
-        .with_joints(joints)
-        .unwrap();
+    let world = euler(parameters(bodies, time_step)).with_joints(joints).unwrap();
     let bars: Vec<_> = (0..bars).collect();
     (smooth(world, &bars), states, bars)
 }
@@ -303,8 +299,6 @@ pub fn uneven(world: &World, bars: &[usize], numbers: &mut Numbers) -> World {
     };
     let bodies = world.bodies().iter().map(scaled).collect();
     let joints = world.joints().to_vec();
-    let world = World::new(parameters(bodies, world.time_step()))
-        .unwrap()
-        .with_integrator(Integrator::Euler);
+    let world = euler(parameters(bodies, world.time_step()));
     smooth(world.with_joints(joints).unwrap(), bars)
 }

@@ -35,11 +35,7 @@ impl Scene {
     }
 
     fn world(&self) -> World {
-        World::new(self.parameters.clone())
-            .unwrap()
-            .with_integrator(Integrator::Euler)
-            .with_fixed(self.fixed.clone())
-            .unwrap()
+        euler(self.parameters.clone()).with_fixed(self.fixed.clone()).unwrap()
     }
 
     /// Runs the scene and returns the records of all steps. Every step must be solved.
@@ -48,17 +44,9 @@ impl Scene {
     }
 }
 
-fn run(world: &World, states: &[State], steps: usize) -> Vec<StepRecord> {
-    let mut simulation =
-        Simulation::new(world.clone(), states.iter().copied(), Motion::native(world)).unwrap();
-    let step = |_| {
-        let mut record = StepRecord::new();
-        simulation.step(&mut record).unwrap();
-        assert!(record.status() != StepStatus::Failed, "step {}", record.index);
-        assert!(record.residual() < 1e-9, "{:?}", record.certificate());
-        record
-    };
-    (0..steps).map(step).collect()
+fn run(world: &World, states: &[State], count: usize) -> Vec<StepRecord> {
+    let judge = |record: &StepRecord| has_not_failed(record) && record.residual() < 1e-9;
+    steps(&mut simulate(world, states), count, judge)
 }
 
 fn at(x: f64, y: f64, z: f64) -> State {

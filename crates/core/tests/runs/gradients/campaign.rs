@@ -9,7 +9,7 @@ use rand_mt::Mt;
 
 impl Draw {
     fn world(&mut self, bodies: Vec<RigidBody>, normal: Vector3<f64>, h: f64) -> World {
-        World::new(Parameters {
+        euler(Parameters {
             ground: Some(Plane::new(normal, 0.0).unwrap()),
             friction: self.within(0.1, 0.9),
             time_step: h,
@@ -20,8 +20,6 @@ impl Draw {
             },
             ..Parameters::new(bodies)
         })
-        .unwrap()
-        .with_integrator(Integrator::Euler)
     }
 
     /// Stack of boxes on a slope, each narrower than the one below, which slides or sticks.

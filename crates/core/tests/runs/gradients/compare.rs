@@ -33,7 +33,7 @@ pub fn on_a_slope(angle: f64, friction: f64, velocity: f64) -> (World, Vec<State
         velocity: Vector3::new(cos, 0.0, -sin) * velocity,
         spin: Vector3::zeros(),
     };
-    (World::new(parameters).unwrap().with_integrator(Integrator::Euler), vec![state])
+    (euler(parameters), vec![state])
 }
 
 /// Direction in the space of a step's arguments.

@@ -11,11 +11,7 @@ fn world(joint: Joint) -> World {
         friction: 0.0,
         ..Parameters::new(vec![RigidBody::solid_box(1.0, Vector3::new(0.1, 0.2, 0.3)).unwrap()])
     };
-    World::new(parameters)
-        .unwrap()
-        .with_integrator(Integrator::Euler)
-        .with_joints(vec![joint])
-        .unwrap()
+    euler(parameters).with_joints(vec![joint]).unwrap()
 }
 
 /// Checks a ball joint with dry friction about one axis, which sticks or slips while the body

@@ -18,7 +18,7 @@ pub fn world(bodies: Vec<RigidBody>, gravity: Vector3<f64>) -> World {
         time_step: H,
         ..Parameters::new(bodies)
     };
-    World::new(parameters).unwrap().with_integrator(Integrator::Euler)
+    euler(parameters)
 }
 
 /// Checks two carriages on slides along z with x₁⁺ = r x₂⁺ + q₀ at the end of the step:

@@ -49,7 +49,7 @@ fn sliding_velocity_derivative_by_pair_and_body_friction() {
     close(by_one(&scene, way, (Constant::Friction, 0)), 0.0);
     let mut parameters = world.parameters().clone();
     parameters.bodies[0] = parameters.bodies[0].clone().with_friction(0.1).unwrap();
-    let scene = (World::new(parameters).unwrap().with_integrator(Integrator::Euler), states);
+    let scene = (euler(parameters), states);
     let (own, other) = (0.1, 0.3_f64);
     close(
         by_one(&scene, way, (Constant::BodyFriction, 0)),
@@ -74,11 +74,7 @@ fn a_bounce_by_restitution_of_its_own() {
         velocity: Vector3::new(0.0, 0.0, -3.0),
         ..State::at_rest(Vector3::new(0.0, 0.0, 0.101))
     }];
-    let world = World::new(parameters.clone())
-        .unwrap()
-        .with_integrator(Integrator::Euler)
-        .with_restitution(0.4)
-        .unwrap();
+    let world = euler(parameters.clone()).with_restitution(0.4).unwrap();
     let close =
         |found: f64, expected: f64| assert!((found - expected).abs() < 1e-9, "{found} {expected}");
     let paired = world.clone().with_restitution_between(0, Partner::Ground, 0.5).unwrap();
@@ -87,11 +83,7 @@ fn a_bounce_by_restitution_of_its_own() {
     close(by_one(&scene, Vector3::z(), (Constant::Restitution, 0)), 0.0);
     let mut parameters = parameters;
     parameters.bodies[0] = parameters.bodies[0].clone().with_restitution(0.9).unwrap();
-    let world = World::new(parameters)
-        .unwrap()
-        .with_integrator(Integrator::Euler)
-        .with_restitution(0.4)
-        .unwrap();
+    let world = euler(parameters).with_restitution(0.4).unwrap();
     let scene = (world, states);
     close(
         by_one(&scene, Vector3::z(), (Constant::BodyRestitution, 0)),
@@ -115,7 +107,7 @@ fn coefficients_are_set_where_they_are_read() {
         body.clone().with_friction(0.1).unwrap().with_restitution(0.2).unwrap(),
         body.with_friction(0.4).unwrap(),
     ];
-    let world = World::new(parameters).unwrap().with_integrator(Integrator::Euler);
+    let world = euler(parameters);
     let world = world.with_friction_between(2, Partner::Body(0), 0.6).unwrap();
     let world = world.with_restitution_between(0, Partner::Ground, 0.7).unwrap();
     for (constant, own, new) in [
@@ -206,7 +198,7 @@ fn every_joint_by_its_anchors() {
             time_step: 0.005,
             rotation: if number % 2 == 0 { Rotation::Momentum } else { Rotation::Tutorial },
         };
-        let world = World::new(parameters).unwrap().with_integrator(Integrator::Euler);
+        let world = euler(parameters);
         let to_world = [seen_from(&states[0], &at[0]), at[0]];
         let between = [seen_from(&states[1], &at[1]), seen_from(&states[0], &at[1])];
         let world = if number < 20 {
@@ -243,11 +235,7 @@ fn body_fixed_to_the_world_follows_its_anchors() {
     let state = State { attitude: turn, ..State::at_rest(Vector3::new(0.3, 0.2, 0.1)) };
     let at = JointFrame::at(Vector3::new(0.2, 0.4, -0.1));
     let joint = Joint::fixed(0, None, [seen_from(&state, &at), at]);
-    let world = World::new(parameters)
-        .unwrap()
-        .with_integrator(Integrator::Euler)
-        .with_joints(vec![joint])
-        .unwrap();
+    let world = euler(parameters).with_joints(vec![joint]).unwrap();
     let rotation: Matrix3<f64> = state.pose().rotation;
     let scene = (world, vec![state]);
     for way in 0..3 {

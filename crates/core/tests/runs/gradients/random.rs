@@ -73,11 +73,7 @@ impl Pair {
                 Rotation::Tutorial
             },
         };
-        let world = World::new(parameters)
-            .unwrap()
-            .with_integrator(Integrator::Euler)
-            .with_fixed(fixed)
-            .unwrap();
+        let world = euler(parameters).with_fixed(fixed).unwrap();
         let restitution = if draw.within(0.0, 1.0) < 0.3 { 0.5 } else { 0.0 };
         Self { world: world.with_restitution(restitution).unwrap(), states }
     }
@@ -95,11 +91,7 @@ impl Pair {
         parameters.bodies[0] = body.with_restitution(0.7).unwrap();
         let mut fixed = self.world.fixed().to_vec();
         fixed.iter_mut().for_each(|piece| piece.friction = Some(0.5));
-        let world = World::new(parameters)
-            .unwrap()
-            .with_integrator(Integrator::Euler)
-            .with_fixed(fixed)
-            .unwrap();
+        let world = euler(parameters).with_fixed(fixed).unwrap();
         let world = world.with_restitution(self.world.restitution().max(0.1)).unwrap();
         Self { world, ..self }
     }
@@ -274,11 +266,7 @@ fn the_order_of_the_bodies_plays_no_part() {
     let world_of = |world: &World| {
         let mut parameters = world.parameters().clone();
         parameters.bodies.reverse();
-        World::new(parameters)
-            .unwrap()
-            .with_integrator(Integrator::Euler)
-            .with_restitution(world.restitution())
-            .unwrap()
+        euler(parameters).with_restitution(world.restitution()).unwrap()
     };
     let back = |states: &[State]| states.iter().rev().copied().collect();
     let image = |changes: &[StateChange], _| changes.iter().rev().copied().collect();
@@ -292,11 +280,7 @@ fn a_world_turned_as_a_whole_turns_its_derivatives() {
     let world_of = |world: &World| {
         let mut parameters = world.parameters().clone();
         parameters.gravity = turn * parameters.gravity;
-        World::new(parameters)
-            .unwrap()
-            .with_integrator(Integrator::Euler)
-            .with_restitution(world.restitution())
-            .unwrap()
+        euler(parameters).with_restitution(world.restitution()).unwrap()
     };
     let there = |states: &[State]| {
         let turned = |state: &State| State {

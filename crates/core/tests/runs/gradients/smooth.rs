@@ -34,11 +34,7 @@ fn smooth_shapes_on_the_ground() {
             rotation: Rotation::Momentum,
         };
         let restitution = if number % 5 == 0 { 0.5 } else { 0.0 };
-        let world = World::new(parameters)
-            .unwrap()
-            .with_integrator(Integrator::Euler)
-            .with_restitution(restitution)
-            .unwrap();
+        let world = euler(parameters).with_restitution(restitution).unwrap();
         let mut state = State {
             position: Vector3::zeros(),
             attitude: Vector4::from_fn(|_, _| draw.within(-1.0, 1.0)).normalize(),
@@ -88,7 +84,7 @@ fn smooth_shapes_on_a_moving_face() {
             time_step: 0.001,
             rotation: Rotation::Momentum,
         };
-        let world = World::new(parameters).unwrap().with_integrator(Integrator::Euler);
+        let world = euler(parameters);
         let mut drawn = |position: Vector3<f64>, attitude: Vector4<f64>, spin: f64| State {
             position,
             attitude,

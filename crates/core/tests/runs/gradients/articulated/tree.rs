@@ -134,7 +134,6 @@ impl Draw {
         }
         let world = World::new(Parameters {
             ground: (situation != Situation::Flying).then(Plane::level),
-            gravity: Vector3::new(0.0, 0.0, -GRAVITY),
             friction: if situation == Situation::Sliding {
                 self.within(0.1, 0.4)
             } else {
