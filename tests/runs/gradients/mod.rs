@@ -5,8 +5,6 @@ mod batch;
 mod central;
 #[path = "../../../crates/core/tests/runs/gradients/compare.rs"]
 mod compare;
-#[path = "../../../crates/core/tests/runs/gradients/draw.rs"]
-mod draw;
 mod driven;
 mod joints;
 mod landings;
@@ -14,6 +12,7 @@ mod loops;
 mod rest;
 mod shares;
 
+use crate::common::draw;
 use crate::common::prelude::*;
 use compare::{
     Direction, Tally, apart, compare, difference, directions, on_a_slope, size, step, transposed,

@@ -4,6 +4,7 @@
 // Every test program compiles this file separately and uses only a part of it.
 #![allow(dead_code, clippy::disallowed_methods)]
 
+pub mod draw;
 pub mod prelude;
 pub mod steps;
 pub mod symmetry;

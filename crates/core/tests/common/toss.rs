@@ -4,10 +4,10 @@
 // Every test program compiles this file separately and uses only a part of it.
 #![allow(dead_code)]
 
+use crate::common::draw::Draw;
 use crate::common::steps::steps;
 use crate::common::{body, certify, contacts, point_forces, solve_after, tutorial_parameters};
 use nalgebra::{Matrix3, Vector3, Vector4};
-use rand_mt::Mt;
 use tumble_core::contact::{Certificate, Detection};
 use tumble_core::mechanics::quaternion::left;
 use tumble_core::mechanics::{RigidBody, State, Wrench};
@@ -171,28 +171,17 @@ pub fn motion_apart(world: &World, a: &State, b: &State) -> f64 {
     velocity.max((a.spin - b.spin).amax() * body(world).reach())
 }
 
-/// Random numbers from 0 to 1, the same in every run.
-pub struct Uniform(Mt);
-
-impl Uniform {
-    pub fn new(seed: u32) -> Self {
-        Self(Mt::new(seed))
-    }
-
-    pub fn draw(&mut self) -> f64 {
-        f64::from(self.0.next_u32()) / f64::from(u32::MAX)
-    }
-
+impl Draw {
     /// Pressing forces at every contact point. Their common scale is 0.1 N to 100 kN. The friction
     /// in each horizontal direction is at most 0.3 of the normal force.
     pub fn forces(&mut self, contacts: usize) -> Vec<Vector3<f64>> {
-        let size = 10_f64.powf(6.0 * self.draw() - 1.0);
+        let size = 10_f64.powf(6.0 * self.share() - 1.0);
         let mut force = || {
-            let press = size * self.draw();
+            let press = size * self.share();
             let friction = 0.3 * press;
             Vector3::new(
-                friction * (2.0 * self.draw() - 1.0),
-                friction * (2.0 * self.draw() - 1.0),
+                friction * (2.0 * self.share() - 1.0),
+                friction * (2.0 * self.share() - 1.0),
                 press,
             )
         };

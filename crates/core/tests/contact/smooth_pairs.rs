@@ -1,5 +1,6 @@
 //! Cylinders, cones and ellipsoids on fixed pieces and on each other, against closed forms.
 
+use crate::common::draw::Draw;
 use crate::common::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -212,22 +213,10 @@ fn logs_rest_on_each_other() {
     }
 }
 
-/// A source of drawn pairs.
-struct Draw(rand_mt::Mt);
-
 impl Draw {
-    /// A number from −1 to 1.
-    fn number(&mut self) -> f64 {
-        f64::from(self.0.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0
-    }
-
-    fn vector(&mut self) -> Vector3<f64> {
-        Vector3::from_fn(|_, _| self.number())
-    }
-
     /// A piece of kind 0 to 5 with sizes of 0.1 m times or divided by up to `factor`.
     fn piece(&mut self, kind: usize, factor: f64) -> Piece {
-        let sizes = Vector3::from_fn(|_, _| 0.1 * factor.powf(self.number()));
+        let sizes = Vector3::from_fn(|_, _| 0.1 * factor.powf(self.unit()));
         let piece = match kind {
             0 => Piece::cuboid(sizes),
             1 => Piece::sphere(sizes.x),
@@ -251,10 +240,10 @@ impl Draw {
             solid(1.0, self.piece(number % 6, factor)),
             solid(0.5, self.piece(number / 6 % 6, factor)),
         ];
-        let way = self.vector().normalize();
+        let way = self.vector(1.0).normalize();
         let mut state = |position: Vector3<f64>, velocity: Vector3<f64>| {
-            let attitude = self.vector().push(self.number()).normalize();
-            State { position, attitude, velocity, spin: self.vector() * 2.0 }
+            let attitude = self.vector(1.0).push(self.unit()).normalize();
+            State { position, attitude, velocity, spin: self.vector(1.0) * 2.0 }
         };
         let zero = Vector3::zeros();
         let states = [state(zero, zero), state(way * distance, way * -speed)];
@@ -273,7 +262,7 @@ fn in_space(bodies: Vec<RigidBody>, time_step: f64) -> World {
 /// may differ.
 #[test]
 fn the_order_of_bodies_does_not_matter() {
-    let mut draw = Draw(rand_mt::Mt::new(5));
+    let mut draw = Draw::new(5);
     let mut differ = Vec::new();
     for number in 0..1080 {
         let (bodies, states) = draw.pair(number, 2.0, (3.0, 0.9));
@@ -307,7 +296,7 @@ fn the_order_of_bodies_does_not_matter() {
 #[test]
 #[ignore = "slow"]
 fn fast_smooth_pairs_are_detected() {
-    let mut draw = Draw(rand_mt::Mt::new(11));
+    let mut draw = Draw::new(11);
     let (mut met, mut passed) = (0, Vec::new());
     for number in 0..1000 {
         let speed = 5.0 * 3.0_f64.powf((number % 7) as f64 / 2.0);

@@ -14,7 +14,7 @@ fn features(touches: &[ManifoldPoint]) -> BTreeSet<Feature> {
 }
 
 /// Two pieces at poses with the separation `gap` [m] along their own axis.
-fn near_pair(draw: &mut Draw, gap: f64) -> (Piece, Pose, Piece, Pose) {
+fn near_pair(draw: &mut WideDraw, gap: f64) -> (Piece, Pose, Piece, Pose) {
     let (a, b) = (draw.piece(), draw.piece());
     let (pose_a, mut pose_b) = (draw.pose(1.0), draw.pose(1.0));
     pose_b.position += draw.direction() * 3.0;
@@ -28,7 +28,7 @@ fn near_pair(draw: &mut Draw, gap: f64) -> (Piece, Pose, Piece, Pose) {
 /// sides.
 #[test]
 fn the_separation_is_that_of_independent_methods() {
-    let mut draw = Draw::new(1);
+    let mut draw = WideDraw::wide(1);
     let (mut apart, mut overlapping, mut loosest) = (0, 0, 0.0f64);
     for _ in 0..400 {
         let (a, b) = (draw.piece(), draw.piece());
@@ -76,7 +76,7 @@ fn the_separation_is_that_of_independent_methods() {
 /// Checks that the depth of an overlap is the least translation that separates the boxes.
 #[test]
 fn overlapping_boxes_leave_each_other_by_the_least_translation() {
-    let mut draw = Draw::new(2);
+    let mut draw = WideDraw::wide(2);
     for _ in 0..300 {
         let (a, b) = (draw.centred_piece(), draw.centred_piece());
         let (mut pose_a, mut pose_b) = (draw.pose(0.05), draw.pose(0.05));
@@ -100,7 +100,7 @@ fn overlapping_boxes_leave_each_other_by_the_least_translation() {
 /// satisfy their definition, and no two are the same.
 #[test]
 fn manifolds_of_random_pairs_satisfy_their_definition() {
-    let mut draw = Draw::new(3);
+    let mut draw = WideDraw::wide(3);
     for round in 0..3000 {
         let gap = [0.0, 1e-4, -1e-4, 1e-10, -1e-10][round % 5];
         let (a, pose_a, b, pose_b) = near_pair(&mut draw, gap);
@@ -135,7 +135,7 @@ fn equal_boxes_touch_in_their_four_corners() {
         assert_eq!((touch.gap, touch.point.map(f64::abs)), (0.0, v(0.5, 0.5, 0.5)));
         assert_eq!((touch.normal, touch.offset), (v(0., 0., -1.), 0.5));
     }
-    let mut draw = Draw::new(4);
+    let mut draw = WideDraw::wide(4);
     for _ in 0..500 {
         let shift = draw.vector(1e-9);
         let angle = draw.vector(1e-9);
@@ -181,14 +181,14 @@ fn clipped(a: [f64; 2], b: [f64; 2], shift: [f64; 2], angle: f64) -> Vec<[f64; 2
 /// the corners of the intersection. Then the whole scene is rotated.
 #[test]
 fn two_faces_give_every_corner_of_their_overlap() {
-    let mut draw = Draw::new(5);
+    let mut draw = WideDraw::wide(5);
     let (mut eight, mut crossings) = (0, 0);
     for round in 0..1000 {
         let (a, mut b) = (draw.half_sides(), draw.half_sides());
-        let (mut shift, mut angle) = (draw.vector(0.5), draw.between(-0.8, 0.8));
+        let (mut shift, mut angle) = (draw.vector(0.5), draw.within(-0.8, 0.8));
         if round % 3 == 0 {
             // Almost equal squares, rotated by almost 45°: eight corners.
-            b = a * draw.between(0.95, 1.05);
+            b = a * draw.within(0.95, 1.05);
             (shift, angle) = (shift * 0.05, angle.signum() * 0.7);
         }
         let expected = clipped([a.x, a.y], [b.x, b.y], [shift.x, shift.y], angle);
@@ -225,15 +225,15 @@ fn two_faces_give_every_corner_of_their_overlap() {
 /// two faces. The gaps change by the drift (times the lever, at most 2 m here).
 #[test]
 fn drifts_leave_the_touches_of_faces_as_they_are() {
-    let mut draw = Draw::new(6);
+    let mut draw = WideDraw::wide(6);
     for round in 0..1000 {
         let (a, b) = (draw.half_sides(), draw.half_sides());
         let (cube_a, cube_b) = (Piece::cuboid(a).unwrap(), Piece::cuboid(b).unwrap());
         // Half of the rounds are aligned as in constructed scenes: flush sides, or one half over
         // the other.
         let aligned = round % 2 == 0;
-        let shift = if aligned { v(a.x - b.x, 0.0, 0.0) } else { a * draw.between(-0.5, 0.5) };
-        let angle = if aligned { 0.0 } else { draw.between(-0.8, 0.8) };
+        let shift = if aligned { v(a.x - b.x, 0.0, 0.0) } else { a * draw.within(-0.5, 0.5) };
+        let angle = if aligned { 0.0 } else { draw.within(-0.8, 0.8) };
         let world = draw.pose(10.0);
         let place = |position: V, rotation: Matrix3<f64>| Pose {
             position: world.rotation * position + world.position,
@@ -277,7 +277,7 @@ fn swapped(feature: Feature) -> Feature {
 /// touches.
 #[test]
 fn turned_and_swapped_pairs_have_the_same_touches() {
-    let mut draw = Draw::new(7);
+    let mut draw = WideDraw::wide(7);
     for round in 0..2000 {
         let gap = [1e-5, 1e-4, -1e-4][round % 3];
         let (a, pose_a, b, pose_b) = near_pair(&mut draw, gap);
@@ -429,7 +429,7 @@ fn deep_overlaps_have_their_depth() {
 #[test]
 fn touching_features_that_coincide_are_not_dropped() {
     let cube = Piece::cuboid(v(0.5, 0.5, 0.5)).unwrap();
-    let mut draw = Draw::new(8);
+    let mut draw = WideDraw::wide(8);
     let steps = [-1.0, -0.5, 0.0, 0.5, 1.0];
     for x in steps {
         for y in steps {
@@ -437,7 +437,7 @@ fn touching_features_that_coincide_are_not_dropped() {
                 for tiny in [0.0, 1e-16, 1e-13, 1e-11] {
                     let position = v(x, y, z) + draw.vector(tiny);
                     let pose =
-                        Pose { position, rotation: turn(0.0, 0.0, draw.between(-tiny, tiny)) };
+                        Pose { position, rotation: turn(0.0, 0.0, draw.within(-tiny, tiny)) };
                     let (gap, found) = touches((&cube, &at(0., 0., 0.)), (&cube, &pose), 1e-9);
                     assert!(gap.abs() < 1e-10 && !found.is_empty(), "{position} {gap:e}");
                     assert!(found.iter().all(|touch| touch.gap.abs() < 1e-10));

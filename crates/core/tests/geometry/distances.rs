@@ -55,7 +55,7 @@ fn closest_points_of_simple_pairs() {
 /// that the second object leaves the first along it.
 #[test]
 fn closest_points_are_on_the_surfaces_and_measure_the_distance() {
-    let mut draw = Draw::new(6);
+    let mut draw = WideDraw::wide(6);
     let (mut overlaps, mut gaps) = (0, 0);
     for _ in 0..1500 {
         let (a, b) = ((draw.piece(), draw.pose(0.6)), (draw.piece(), draw.pose(0.6)));
@@ -87,7 +87,7 @@ fn closest_points_are_on_the_surfaces_and_measure_the_distance() {
 
 #[test]
 fn distances_of_objects_are_those_of_their_nearest_pieces() {
-    let mut draw = Draw::new(7);
+    let mut draw = WideDraw::wide(7);
     for _ in 0..60 {
         let queried = random(&mut draw, 4, 2, 1.5);
         let query = Query::new(&queried.world, &queried.states).unwrap();
@@ -139,7 +139,7 @@ fn near(queried: &Queried, piece: &Piece, pose: &Pose, within: f64) -> Vec<Partn
 
 #[test]
 fn regions_find_what_overlaps_them() {
-    let mut draw = Draw::new(8);
+    let mut draw = WideDraw::wide(8);
     let mut found = 0;
     for round in 0..150 {
         let queried = random(&mut draw, 1 + round % 20, round % 5, 2.0);
@@ -179,7 +179,7 @@ fn regions_find_what_overlaps_them() {
 
 #[test]
 fn pairs_within_a_distance_are_those_of_all_pairs() {
-    let mut draw = Draw::new(9);
+    let mut draw = WideDraw::wide(9);
     let mut count = 0;
     for round in 0..60 {
         let queried = random(&mut draw, 1 + round % 12, round % 4, 2.0);

@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use tumble_core::geometry::{Hint, PairScratch, Piece, closest_points};
 
 /// Hull of random points on an ellipsoid, or of circles of points like a turned part.
-fn many(draw: &mut Draw) -> Piece {
+fn many(draw: &mut WideDraw) -> Piece {
     let axes = draw.half_sides();
-    let count = 40 + draw.below(200);
+    let count = 40 + draw.index(200);
     let ellipsoid: Vec<V> = (0..count).map(|_| draw.direction().component_mul(&axes)).collect();
     let circles = [(0.6, -1.0), (0.9, -0.9), (1.0, -0.7), (1.0, 0.7), (0.9, 0.9), (0.6, 1.0)];
     let turned: Vec<V> = circles
@@ -19,8 +19,8 @@ fn many(draw: &mut Draw) -> Piece {
             })
         })
         .collect();
-    let is_turned = draw.below(2) == 0 && turned.len() < 1000;
-    let radius = if draw.below(3) == 0 { 0.02 } else { 0.0 };
+    let is_turned = draw.index(2) == 0 && turned.len() < 1000;
+    let radius = if draw.index(3) == 0 { 0.02 } else { 0.0 };
     Piece::hull(if is_turned { &turned } else { &ellipsoid }, radius).unwrap()
 }
 
@@ -28,12 +28,12 @@ fn many(draw: &mut Draw) -> Piece {
 /// upper bound. In both cases no random axis has a larger gap, near this one or elsewhere.
 #[test]
 fn hulls_of_many_corners_are_separated_exactly() {
-    let (mut draw, mut scratch) = (Draw::new(41), PairScratch::default());
+    let (mut draw, mut scratch) = (WideDraw::wide(41), PairScratch::default());
     for number in 0..120 {
         let (a, b) = (many(&mut draw), many(&mut draw));
         let (pose_a, mut pose_b) = (draw.pose(0.5), draw.pose(0.5));
         if number % 3 == 0 {
-            pose_b.rotation = pose_a.rotation * turn(0.0, 0.0, draw.between(0.0, 1.0));
+            pose_b.rotation = pose_a.rotation * turn(0.0, 0.0, draw.within(0.0, 1.0));
         }
         pose_b.position += draw.direction() * 4.0;
         let wanted = [0.3, 1e-3, 1e-7, -1e-3, -0.05][number % 5];

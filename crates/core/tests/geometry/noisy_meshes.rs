@@ -1,40 +1,16 @@
 //! Distances of convex pieces from noisy meshes, against all axes and all pairs of features.
 
 use crate::campaign::size;
+use crate::common::draw::WideDraw;
 use crate::common::prelude::*;
-use rand_mt::Mt64;
 use tumble_core::geometry::mesh::Mesh;
 use tumble_core::geometry::{Hint, Hull, PairScratch, signed_distance};
 
 type V = Vector3<f64>;
 
-/// Uniform numbers with a fixed seed.
-struct Draw(Mt64);
-
-impl Draw {
-    fn unit(&mut self) -> f64 {
-        (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit()
-    }
-
-    fn below(&mut self, count: usize) -> usize {
-        (self.0.next_u64() % count as u64) as usize
-    }
-
-    fn vector(&mut self) -> V {
-        V::from_fn(|_, _| self.between(-1.0, 1.0))
-    }
-
+impl WideDraw {
     fn rotation(&mut self) -> Rotation3<f64> {
-        Rotation3::new(self.vector() * 3.0)
-    }
-
-    /// A power of ten between 10^`low` and 10^`high`.
-    fn power(&mut self, low: f64, high: f64) -> f64 {
-        10f64.powf(self.between(low, high))
+        Rotation3::new(self.vector(1.0) * 3.0)
     }
 }
 
@@ -60,25 +36,25 @@ fn prism(sides: usize, height: f64, top: f64) -> (Vec<V>, Vec<[usize; 3]>) {
 
 /// A piece from a mesh whose vertices are off by noise, or from a file in single precision far from its
 /// origin.
-fn piece(draw: &mut Draw) -> Piece {
+fn piece(draw: &mut WideDraw) -> Piece {
     loop {
-        let sides = [3, 4, 4, 4, 5, 6, 8, 12][draw.below(8)];
-        let (height, top) = (draw.power(-1.0, 0.0), [1.0, 1.0, 0.5][draw.below(3)]);
+        let sides = [3, 4, 4, 4, 5, 6, 8, 12][draw.index(8)];
+        let (height, top) = (draw.power(-1.0, 0.0), [1.0, 1.0, 0.5][draw.index(3)]);
         let (mut points, triangles) = prism(sides, height, top);
-        let turn = if draw.below(2) == 0 { draw.rotation() } else { Rotation3::identity() };
+        let turn = if draw.index(2) == 0 { draw.rotation() } else { Rotation3::identity() };
         let (size, noise) = (draw.power(-1.0, 0.3), draw.power(-9.0, -4.0));
-        let far = draw.vector() * draw.power(0.0, 2.0);
-        let single = draw.below(3) == 0;
+        let far = draw.vector(1.0) * draw.power(0.0, 2.0);
+        let single = draw.index(3) == 0;
         let centre: V = far.map(|x| f64::from(x as f32));
         for point in &mut points {
             *point = turn * *point * size;
             *point = if single {
                 (*point + far).map(|x| f64::from(x as f32)) - centre
             } else {
-                *point + draw.vector() * noise * size
+                *point + draw.vector(1.0) * noise * size
             };
         }
-        let made = if draw.below(2) == 0 {
+        let made = if draw.index(2) == 0 {
             Mesh::new(points, triangles).and_then(|mesh| Piece::mesh(&mesh, 0.0))
         } else {
             Piece::hull(&points, 0.0)
@@ -192,28 +168,28 @@ fn rotation_onto(from: &V, to: &V) -> Rotation3<f64> {
 }
 
 /// A pose of B in which it is `gap` over a face or another plane of A.
-fn pose_at(draw: &mut Draw, a: &Piece, b: &Piece, gap: f64) -> Pose {
-    let face_of = |draw: &mut Draw, piece: &Piece| {
+fn pose_at(draw: &mut WideDraw, a: &Piece, b: &Piece, gap: f64) -> Pose {
+    let face_of = |draw: &mut WideDraw, piece: &Piece| {
         let faces = piece.core().faces();
-        faces[draw.below(faces.len())].normal
+        faces[draw.index(faces.len())].normal
     };
-    let n = if draw.below(6) == 0 { draw.vector().normalize() } else { face_of(draw, a) };
-    let down = if draw.below(4) == 0 { draw.vector().normalize() } else { face_of(draw, b) };
-    let tilt = match draw.below(3) {
+    let n = if draw.index(6) == 0 { draw.vector(1.0).normalize() } else { face_of(draw, a) };
+    let down = if draw.index(4) == 0 { draw.vector(1.0).normalize() } else { face_of(draw, b) };
+    let tilt = match draw.index(3) {
         0 => 0.0,
         1 => draw.power(-12.0, -6.0),
         _ => draw.power(-6.0, -1.0),
     };
-    let about = match draw.below(3) {
+    let about = match draw.index(3) {
         0 => 0.0,
         1 => draw.power(-10.0, -3.0),
-        _ => draw.between(-3.0, 3.0),
+        _ => draw.within(-3.0, 3.0),
     };
     let onto = rotation_onto(&down, &-n);
     let spin = Rotation3::new(n * about);
-    let rotation = *(Rotation3::new(draw.vector() * tilt) * spin * onto).matrix();
+    let rotation = *(Rotation3::new(draw.vector(1.0) * tilt) * spin * onto).matrix();
     let size = a.core().reach() + b.core().reach();
-    let beside = draw.vector() * draw.between(0.0, 0.7) * size;
+    let beside = draw.vector(1.0) * draw.within(0.0, 0.7) * size;
     let beside = beside - n * n.dot(&beside);
     let middle = a.core().centre() - rotation * b.core().centre();
     let pose = Pose { position: middle + beside, rotation };
@@ -222,9 +198,9 @@ fn pose_at(draw: &mut Draw, a: &Piece, b: &Piece, gap: f64) -> Pose {
 }
 
 /// The box of an STL file in single precision, 10 m from the origin of the file.
-fn box_in_single_precision(draw: &mut Draw, sides: [f64; 3]) -> Piece {
+fn box_in_single_precision(draw: &mut WideDraw, sides: [f64; 3]) -> Piece {
     let turn = draw.rotation();
-    let far = draw.vector() * 10.0;
+    let far = draw.vector(1.0) * 10.0;
     let (points, triangles) = prism(4, 0.5, 0.5_f64.sqrt());
     let points = points.iter().map(|p| {
         // The corners of the prism are at ±½ √½ of the larger ring.
@@ -244,7 +220,7 @@ fn distance(a: &Piece, b: (&Piece, &Pose)) -> (f64, V) {
 
 #[test]
 fn faces_of_noisy_meshes_are_planar() {
-    let mut draw = Draw(Mt64::new(96));
+    let mut draw = WideDraw::wide(96);
     for _ in 0..200 {
         let piece = piece(&mut draw);
         let hull = piece.core();
@@ -261,14 +237,14 @@ fn faces_of_noisy_meshes_are_planar() {
 /// A box that touches the top of a box from a file is at its height.
 #[test]
 fn a_box_from_a_file_is_touched_at_the_height_of_its_top() {
-    let mut draw = Draw(Mt64::new(95));
+    let mut draw = WideDraw::wide(95);
     let body = Piece::cuboid(V::new(0.15, 0.15, 0.05)).unwrap();
     for _ in 0..20 {
         let tile = box_in_single_precision(&mut draw, [1.0, 1.0, 0.2]);
         for _ in 0..100 {
-            let turn = V::new(1e-7, 1e-7, 3.0).component_mul(&draw.vector());
-            let gap = [0.0, 1e-7, -1e-7, 1e-4, -1e-4][draw.below(5)];
-            let place = draw.vector() * 0.3;
+            let turn = V::new(1e-7, 1e-7, 3.0).component_mul(&draw.vector(1.0));
+            let gap = [0.0, 1e-7, -1e-7, 1e-4, -1e-4][draw.index(5)];
+            let place = draw.vector(1.0) * 0.3;
             let position = V::new(place.x, place.y, 0.15 + gap);
             let pose = Pose { position, rotation: *Rotation3::new(turn).matrix() };
             let (found, _) = distance(&tile, (&body, &pose));
@@ -280,11 +256,11 @@ fn a_box_from_a_file_is_touched_at_the_height_of_its_top() {
 
 #[test]
 fn distances_of_noisy_meshes_are_those_of_all_features() {
-    let mut draw = Draw(Mt64::new(97));
+    let mut draw = WideDraw::wide(97);
     for _ in 0..size(150, 50_000) {
         let (a, b) = (piece(&mut draw), piece(&mut draw));
         for _ in 0..20 {
-            let gap = [0.0, draw.power(-9.0, -3.0), -draw.power(-9.0, -3.0)][draw.below(3)];
+            let gap = [0.0, draw.power(-9.0, -3.0), -draw.power(-9.0, -3.0)][draw.index(3)];
             let pose = pose_at(&mut draw, &a, &b, gap);
             let points = placed(&b, &pose);
             let size = a.core().reach().min(b.core().reach());

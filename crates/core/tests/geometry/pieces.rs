@@ -3,8 +3,8 @@
 // Every test program compiles this file separately and uses only a part of it.
 #![allow(dead_code)]
 
+pub use crate::common::draw::WideDraw;
 use crate::common::prelude::*;
-use rand_mt::Mt64;
 use tumble_core::geometry::{
     Hint, ManifoldPoint, PairScratch, PieceSide, Separation, manifold, signed_distance,
 };
@@ -23,39 +23,9 @@ pub fn at(x: f64, y: f64, z: f64) -> Pose {
     Pose { position: v(x, y, z), rotation: Matrix3::identity() }
 }
 
-/// Random numbers from a fixed seed.
-pub struct Draw(Mt64);
-
-impl Draw {
-    pub fn new(seed: u64) -> Self {
-        Self(Mt64::new(seed))
-    }
-
-    /// Random number between two limits.
-    pub fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    pub fn below(&mut self, count: usize) -> usize {
-        (self.0.next_u64() % count as u64) as usize
-    }
-
-    pub fn vector(&mut self, size: f64) -> V {
-        V::from_fn(|_, _| self.between(-size, size))
-    }
-
-    /// Uniform random unit vector.
-    pub fn direction(&mut self) -> V {
-        loop {
-            let x = self.vector(1.0);
-            if (0.01..1.0).contains(&x.norm()) {
-                return x.normalize();
-            }
-        }
-    }
-
+impl WideDraw {
     pub fn pose(&mut self, size: f64) -> Pose {
-        let angle = self.between(0.0, 3.1);
+        let angle = self.within(0.0, 3.1);
         let rotation = *Rotation3::new(self.direction() * angle).matrix();
         Pose { position: self.vector(size), rotation }
     }
@@ -68,13 +38,13 @@ impl Draw {
     }
 
     pub fn centred_piece(&mut self) -> Piece {
-        match self.below(5) {
+        match self.index(5) {
             0 => Piece::cuboid(self.half_sides()),
             1 => self.cloud(0.0),
-            2 => Piece::sphere(self.between(0.1, 0.6)),
-            3 => Piece::capsule(self.between(0.1, 0.8), self.between(0.05, 0.4)),
+            2 => Piece::sphere(self.within(0.1, 0.6)),
+            3 => Piece::capsule(self.within(0.1, 0.8), self.within(0.05, 0.4)),
             _ => {
-                let radius = self.between(0.01, 0.2);
+                let radius = self.within(0.01, 0.2);
                 self.cloud(radius)
             }
         }
@@ -82,11 +52,11 @@ impl Draw {
     }
 
     pub fn half_sides(&mut self) -> V {
-        V::from_fn(|_, _| self.between(0.1, 0.6))
+        V::from_fn(|_, _| self.within(0.1, 0.6))
     }
 
     fn cloud(&mut self, radius: f64) -> Result<Piece, Error> {
-        let count = 5 + self.below(20);
+        let count = 5 + self.index(20);
         let points: Vec<V> = (0..count).map(|_| self.vector(0.6)).collect();
         Piece::hull(&points, radius)
     }

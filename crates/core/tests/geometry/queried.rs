@@ -28,13 +28,13 @@ pub fn state_at(pose: &Pose) -> State {
 }
 
 /// Bodies of one to three pieces and fixed pieces in a cube of side 2 `size`.
-pub fn random(draw: &mut Draw, bodies: usize, fixed: usize, size: f64) -> Queried {
-    let several = |draw: &mut Draw| {
-        let count = 1 + draw.below(3);
+pub fn random(draw: &mut WideDraw, bodies: usize, fixed: usize, size: f64) -> Queried {
+    let several = |draw: &mut WideDraw| {
+        let count = 1 + draw.index(3);
         body((0..count).map(|_| draw.piece()).collect())
     };
     let bodies: Vec<_> = (0..bodies).map(|_| several(draw)).collect();
-    let placed = |draw: &mut Draw| {
+    let placed = |draw: &mut WideDraw| {
         let (piece, pose) = (draw.piece(), draw.pose(size));
         piece.moved_by(&pose.rotation, &pose.position).unwrap()
     };

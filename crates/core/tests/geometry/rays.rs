@@ -19,19 +19,19 @@ fn cast(piece: Piece, pose: &Pose, ray: &Ray) -> Option<RayHit> {
 }
 
 /// Random ray that begins outside of a ball of radius 3 and points near the origin.
-fn aimed(draw: &mut Draw) -> Ray {
-    let origin = draw.direction() * draw.between(3.0, 6.0);
+fn aimed(draw: &mut WideDraw) -> Ray {
+    let origin = draw.direction() * draw.within(3.0, 6.0);
     let aim = draw.vector(0.8);
-    let length = draw.between(0.1, 20.0);
+    let length = draw.within(0.1, 20.0);
     ray(origin, (aim - origin) * length)
 }
 
 #[test]
 fn a_ray_meets_a_ball_at_the_root_of_its_quadratic_equation() {
-    let mut draw = Draw::new(1);
+    let mut draw = WideDraw::wide(1);
     let (mut hits, mut misses) = (0, 0);
     for _ in 0..2000 {
-        let (radius, pose, ray) = (draw.between(0.1, 0.9), draw.pose(0.3), aimed(&mut draw));
+        let (radius, pose, ray) = (draw.within(0.1, 0.9), draw.pose(0.3), aimed(&mut draw));
         let from = ray.origin() - pose.position;
         let (half, rest) = (from.dot(ray.direction()), from.norm_squared() - radius * radius);
         let root = half * half - rest;
@@ -55,7 +55,7 @@ fn a_ray_meets_a_ball_at_the_root_of_its_quadratic_equation() {
 
 #[test]
 fn a_ray_meets_a_box_where_it_has_entered_its_three_slabs() {
-    let mut draw = Draw::new(2);
+    let mut draw = WideDraw::wide(2);
     let (mut hits, mut misses) = (0, 0);
     for _ in 0..2000 {
         let (half, pose, ray) = (draw.half_sides(), draw.pose(0.3), aimed(&mut draw));
@@ -122,18 +122,18 @@ fn check(ray: &Ray, hit: Option<&RayHit>, height: impl Fn(&V) -> f64) {
 
 #[test]
 fn rays_end_on_capsules_and_rounded_boxes() {
-    let mut draw = Draw::new(3);
+    let mut draw = WideDraw::wide(3);
     let mut hits = 0;
     for _ in 0..1000 {
         let ray = aimed(&mut draw);
-        let (half, radius) = (draw.between(0.1, 0.8), draw.between(0.05, 0.4));
+        let (half, radius) = (draw.within(0.1, 0.8), draw.within(0.05, 0.4));
         let pose = draw.pose(0.3);
         let inner = |point: &V| pose.rotation.tr_mul(&(point - pose.position));
         let hit = cast(Piece::capsule(half, radius).unwrap(), &pose, &ray);
         hits += usize::from(hit.is_some());
         check(&ray, hit.as_ref(), |point| capsule_height(&inner(point), half, radius));
 
-        let (sides, radius) = (draw.half_sides(), draw.between(0.01, 0.2));
+        let (sides, radius) = (draw.half_sides(), draw.within(0.01, 0.2));
         let corners = Piece::cuboid(sides).unwrap();
         let rounded = Piece::hull(corners.core().vertices(), radius).unwrap();
         let hit = cast(rounded, &pose, &ray);

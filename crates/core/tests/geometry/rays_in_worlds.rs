@@ -11,13 +11,13 @@ use tumble_core::world::Partner;
 
 #[test]
 fn rays_in_random_worlds_end_where_the_signed_distance_vanishes() {
-    let mut draw = Draw::new(4);
+    let mut draw = WideDraw::wide(4);
     let (mut hits, mut several) = (0, 0);
     for round in 0..60 {
         let queried = random(&mut draw, 1 + round % 12, round % 4, 2.0);
         let query = Query::new(&queried.world, &queried.states).unwrap();
         for _ in 0..20 {
-            let origin = draw.direction() * draw.between(4.0, 6.0);
+            let origin = draw.direction() * draw.within(4.0, 6.0);
             let ray = ray(origin, draw.vector(1.5) - origin);
             let all = query.cast_ray_all(&ray, |_| true);
             assert_eq!(all.first().copied(), query.cast_ray(&ray, |_| true));
@@ -61,7 +61,7 @@ fn check_object(queried: &Queried, ray: &Ray, hit: Option<&RayHit>, of: Partner)
 
 #[test]
 fn hits_move_with_the_world_and_do_not_depend_on_the_order_of_bodies() {
-    let mut draw = Draw::new(5);
+    let mut draw = WideDraw::wide(5);
     for _ in 0..40 {
         let queried = random(&mut draw, 8, 3, 2.0);
         let (motion, reversed) = (draw.pose(5.0), queried.reversed());
@@ -105,7 +105,7 @@ proptest! {
         attitude in proptest::array::uniform4(any::<f64>()),
         seed in 0u64..1000,
     ) {
-        let mut draw = Draw::new(seed);
+        let mut draw = WideDraw::wide(seed);
         let mut queried = random(&mut draw, 4, 2, 1.0);
         for origin in [origin, near] {
             let ray = Ray::new(origin.into(), direction.into());

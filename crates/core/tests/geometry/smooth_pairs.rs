@@ -1,5 +1,6 @@
 //! Axes and contact points of pairs with cylinders, cones and ellipsoids.
 
+use crate::common::draw::Draw;
 use crate::common::prelude::*;
 use nalgebra::Quaternion;
 use std::f64::consts::{PI, TAU};
@@ -7,21 +8,10 @@ use tumble_core::geometry::{
     Hint, PairScratch, PieceSide, RayCaster, closest_points, manifold, signed_distance,
 };
 
-/// A source of numbers from −1 to 1.
-struct Draw(rand_mt::Mt);
-
 impl Draw {
-    fn number(&mut self) -> f64 {
-        f64::from(self.0.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0
-    }
-
-    fn vector(&mut self) -> Vector3<f64> {
-        Vector3::from_fn(|_, _| self.number())
-    }
-
     /// A piece of kind 0 to 5, with sizes from 0.025 m to 0.4 m.
     fn piece(&mut self, kind: usize) -> Piece {
-        let mut size = || 0.1 * 4.0_f64.powf(self.number());
+        let mut size = || 0.1 * 4.0_f64.powf(self.unit());
         let sizes = [size(), size(), size()];
         let [x, y, z] = sizes;
         let piece = match kind {
@@ -36,9 +26,9 @@ impl Draw {
     }
 
     fn pose(&mut self) -> Pose {
-        let [w, i, j, k] = std::array::from_fn(|_| self.number());
+        let [w, i, j, k] = std::array::from_fn(|_| self.unit());
         let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));
-        Pose { position: self.vector(), rotation: *turn.to_rotation_matrix().matrix() }
+        Pose { position: self.vector(1.0), rotation: *turn.to_rotation_matrix().matrix() }
     }
 }
 
@@ -89,7 +79,7 @@ fn bring_together(a: (&Piece, &Pose), b: (&Piece, &mut Pose), scratch: &mut Pair
 /// radius; there the lowest point may be higher.
 #[test]
 fn touching_pairs_have_the_gap_of_the_best_direction() {
-    let (mut draw, mut scratch) = (Draw(rand_mt::Mt::new(7)), PairScratch::default());
+    let (mut draw, mut scratch) = (Draw::new(7), PairScratch::default());
     let (mut tested, mut inside) = (0, 0);
     for number in 0..360 {
         let kinds = (number % 6, number / 6 % 6);
@@ -125,7 +115,7 @@ fn touching_pairs_have_the_gap_of_the_best_direction() {
 /// a point of B is an upper bound. Both are equal.
 #[test]
 fn pairs_that_are_apart_have_their_distance() {
-    let (mut draw, mut scratch) = (Draw(rand_mt::Mt::new(31)), PairScratch::default());
+    let (mut draw, mut scratch) = (Draw::new(31), PairScratch::default());
     let mut tested = 0;
     for number in 0..3600 {
         let kinds = (number % 6, number / 6 % 6);
@@ -144,7 +134,7 @@ fn pairs_that_are_apart_have_their_distance() {
         // A point of a convex piece is not beyond its extent along any direction. Along the surface
         // the points are off by the square root of the rounding error of the distance.
         for _ in 0..20 {
-            let n = draw.vector().normalize();
+            let n = draw.vector(1.0).normalize();
             assert!(n.dot(&found.a) < extent(&a, &of_a, &n) + 1e-6, "{at}");
             assert!(n.dot(&found.b) < extent(&b, &of_b, &n) + 1e-6, "{at}");
         }

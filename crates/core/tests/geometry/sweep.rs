@@ -10,9 +10,9 @@ use tumble_core::geometry::{
 };
 use tumble_core::mechanics::Trajectory;
 
-fn boxes(draw: &mut Draw, count: usize, spread: V) -> Vec<Aabb> {
-    let place = |draw: &mut Draw| {
-        let low = v(draw.between(0.0, 1.0), draw.between(0.0, 1.0), draw.between(0.0, 1.0));
+fn boxes(draw: &mut WideDraw, count: usize, spread: V) -> Vec<Aabb> {
+    let place = |draw: &mut WideDraw| {
+        let low = v(draw.within(0.0, 1.0), draw.within(0.0, 1.0), draw.within(0.0, 1.0));
         let low = low.component_mul(&spread);
         Aabb { low, high: low + draw.half_sides() }
     };
@@ -27,7 +27,7 @@ fn all_pairs(sweep: &mut Sweep, boxes: &[Aabb]) -> Vec<(usize, usize)> {
 
 #[test]
 fn the_sweep_finds_the_pairs_that_meet_in_order() {
-    let mut draw = Draw::new(1);
+    let mut draw = WideDraw::wide(1);
     let mut sweep = Sweep::new();
     let mut met = 0;
     for round in 0..100 {
@@ -67,7 +67,7 @@ fn the_sweep_finds_the_pairs_that_meet_in_order() {
 
 #[test]
 fn boxes_hold_their_pieces_at_both_ends() {
-    let mut draw = Draw::new(2);
+    let mut draw = WideDraw::wide(2);
     for _ in 0..200 {
         let piece = draw.piece();
         let (from, to) = (draw.pose(2.0), draw.pose(2.0));
@@ -90,7 +90,7 @@ fn boxes_hold_their_pieces_at_both_ends() {
 
 #[test]
 fn warm_memory_is_enough() {
-    let mut draw = Draw::new(3);
+    let mut draw = WideDraw::wide(3);
     let pieces: Vec<Piece> = (0..20).map(|_| draw.piece()).collect();
     let poses: Vec<_> = (0..20).map(|_| draw.pose(0.4)).collect();
     let (mut sweep, mut scratch) = (Sweep::new(), PairScratch::default());
@@ -116,7 +116,7 @@ fn warm_memory_is_enough() {
 /// Checks that hints of earlier queries do not change the results.
 #[test]
 fn hints_do_not_change_results() {
-    let mut draw = Draw::new(4);
+    let mut draw = WideDraw::wide(4);
     let mut scratch = PairScratch::default();
     for _ in 0..100 {
         let (a, b) = (draw.piece(), draw.piece());
@@ -143,7 +143,7 @@ fn hints_do_not_change_results() {
 /// tolerance is an eighth, for a change of the axis (checked at 1000 positions per path).
 #[test]
 fn the_first_overlap_is_the_first() {
-    let mut draw = Draw::new(5);
+    let mut draw = WideDraw::wide(5);
     let mut scratch = PairScratch::default();
     let (mut met, mut clear) = (0, 0);
     for _ in 0..400 {
@@ -152,7 +152,7 @@ fn the_first_overlap_is_the_first() {
         let ends = pieces.each_ref().map(|_| {
             let mut state = |size: f64, place: V| State {
                 position: place + draw.vector(size),
-                attitude: Vector4::from_fn(|_, _| draw.between(-1.0, 1.0)).normalize(),
+                attitude: Vector4::from_fn(|_, _| draw.within(-1.0, 1.0)).normalize(),
                 velocity: V::zeros(),
                 spin: V::zeros(),
             };

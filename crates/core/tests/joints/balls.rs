@@ -3,7 +3,6 @@
 
 use crate::common::prelude::*;
 
-
 /// Two free bodies side by side, connected by the given joint.
 fn pair(joint: Joint) -> World {
     let body = || {

@@ -1,6 +1,7 @@
 //! Selected solution where the laws allow several. It is the limit of an equal, vanishing
 //! compliance at every corner, for any initial point of the iteration.
 
+use crate::common::draw::Draw;
 use crate::common::prelude::*;
 use crate::common::{points, state};
 use crate::toss::*;
@@ -16,7 +17,7 @@ const QUARTER_WEIGHT: f64 = 10.0 * 9.81 / 4.0;
 /// motions.
 fn check_starts(world: &World, seed: u32) {
     let mut solver = NativeSolver::new(world);
-    let mut random = Uniform::new(seed);
+    let mut random = Draw::new(seed);
     let contacts = points(world);
     let run = thrown_run(world, seed);
     for step in run.iter().filter(|step| step.status() != StepStatus::Free) {

@@ -5,7 +5,6 @@ mod articulated;
 mod campaign;
 mod compare;
 mod digits;
-mod draw;
 mod dry;
 mod laws;
 mod own;
@@ -14,6 +13,7 @@ mod smooth;
 mod sums;
 mod turns;
 
+use crate::common::draw;
 use crate::common::prelude::*;
 use compare::{
     Direction, Tally, apart, compare, difference, directions, on_a_slope, size, step, transposed,
