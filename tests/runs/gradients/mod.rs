@@ -19,7 +19,7 @@ use compare::{
 };
 use rand_mt::Mt;
 use std::path::Path;
-use tumble_core::simulation::{Checkpoints, Run};
+use tumble_core::simulation::{Checkpoints, Run, RunGradient};
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 
@@ -34,6 +34,25 @@ fn scenario(name: &str) -> Scene {
 fn differentiable(mut scene: Scene) -> Scene {
     scene.use_integrator(Integrator::Euler);
     scene
+}
+
+/// Gradient of Σ w·δX after `steps` steps. `weights` are w, one per body.
+pub fn gradient_of_end(
+    simulation: &mut Simulation<'_>,
+    steps: u64,
+    weights: &[StateChange],
+    has_impact_times: bool,
+) -> Result<RunGradient, Error> {
+    simulation.gradient(&mut Run {
+        steps,
+        before: &mut |_| Ok(()),
+        by_states: &mut |step, _| (step == steps).then(|| weights.to_vec()),
+        constants: &[],
+        inputs: &[],
+        checkpoints: Checkpoints::default(),
+        smoothing: None,
+        has_impact_times,
+    })
 }
 
 #[test]
