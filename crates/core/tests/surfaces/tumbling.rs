@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use tumble_core::geometry::Terrain;
 use tumble_core::geometry::terrain::HeightField;
-use tumble_core::mechanics::{RigidBody, State};
+use tumble_core::mechanics::{RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::StepStatus;
 use tumble_core::world::{FixedTerrain, Integrator, Parameters, World};
@@ -164,10 +164,12 @@ fn thrown_on_terrains(count: u64, steps: usize) -> Campaign {
 
 fn parameters(bodies: Vec<RigidBody>, friction: f64) -> Parameters {
     Parameters {
+        bodies,
         ground: None,
         gravity: Vector3::new(0.0, 0.0, -GRAVITY),
         friction,
-        ..Parameters::new(bodies)
+        time_step: 0.002,
+        rotation: Rotation::Momentum,
     }
 }
 
