@@ -1,5 +1,6 @@
 //! The contact problems of `crates/core/tests/validation`, solved by Ipopt.
 
+// Only the problems and their runner are used, not what the native solver's tests need.
 #![allow(dead_code)]
 
 mod ipopt;
