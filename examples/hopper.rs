@@ -10,8 +10,8 @@
 
 use nalgebra::{SVector, Vector3, Vector4};
 use tumble::{
-    Checkpoints, Drive, Error, Joint, JointFrame, Motion, Parameters, Plane, RigidBody, Rotation,
-    Run, Simulation, State, StateChange, World, Wrench,
+    Checkpoints, Drive, Error, Joint, JointFrame, Motion, Parameters, RigidBody, Run, Simulation,
+    State, StateChange, World, Wrench,
 };
 
 /// Indices of the bodies.
@@ -41,10 +41,8 @@ fn hopper() -> Result<Simulation<'static>, Error> {
     let torso = RigidBody::solid_box(4.0, Vector3::repeat(0.1))?;
     let about = |angle: f64| Vector4::new((0.5 * angle).cos(), 0.0, (0.5 * angle).sin(), 0.0);
     let still = |position: Vector3<f64>, angle: f64| State {
-        position,
         attitude: about(angle),
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
+        ..State::at_rest(position)
     };
     let (sin, cos) = LEAN.sin_cos();
     // The lower edge of the shank is on the ground.
@@ -65,12 +63,9 @@ fn hopper() -> Result<Simulation<'static>, Error> {
         Joint::revolute(THIGH, Some(SHANK), [at(-HALF, across)?, at(HALF, across)?], knee),
     ];
     let world = World::new(Parameters {
-        bodies: vec![torso, leg.clone(), leg],
-        ground: Some(Plane::level()),
-        gravity: Vector3::new(0.0, 0.0, -9.81),
         friction: 0.8,
         time_step: 0.001,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(vec![torso, leg.clone(), leg])
     })?;
     let world = world.with_joints(joints)?;
     let motion = Motion::native(&world);

@@ -16,7 +16,7 @@
 //! cargo run --release --example tower
 //! ```
 
-use nalgebra::{Vector3, Vector4};
+use nalgebra::Vector3;
 use tumble::{
     Checkpoints, Constant, Error, Motion, Parameters, Plane, RigidBody, Rotation, Run, Simulation,
     State, StateChange, StepRecord, World, Wrench,
@@ -40,12 +40,7 @@ fn simulation() -> Result<Simulation<'static>, Error> {
         time_step: 0.001,
         rotation: Rotation::Momentum,
     })?;
-    let start = State {
-        position: Vector3::new(0.0, 0.0, HALF[2]),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
-    };
+    let start = State::at_rest(Vector3::new(0.0, 0.0, HALF[2]));
     let motion = Motion::native(&world);
     Simulation::new(world, [start], motion)
 }

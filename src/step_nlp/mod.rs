@@ -51,7 +51,7 @@ use entries::{PatternSink, ValueSink};
 use gyroscopic::Gyroscopic;
 use kernels::{Normalised, SmoothForce};
 use layout::Layout;
-use nalgebra::{Matrix3, Matrix4, Matrix4x3, SVector, Vector2, Vector3, Vector4};
+use nalgebra::{Matrix3, Matrix4, Matrix4x3, SVector, Vector2, Vector3};
 use tumble_core::contact::{Partner, Plane};
 use tumble_core::error::{Error, in_range};
 use tumble_core::geometry::ContactPoint;
@@ -151,12 +151,7 @@ impl StepNlp {
         };
         let body = &world.bodies()[BODY];
         let layout = Layout::new(body.contact_points().len());
-        let state = State {
-            position: Vector3::zeros(),
-            attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-            velocity: Vector3::zeros(),
-            spin: Vector3::zeros(),
-        };
+        let state = State::at_rest(Vector3::zeros());
         let n = layout.contacts();
         let mut nlp = Self {
             smoothing,

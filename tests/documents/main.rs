@@ -1,5 +1,5 @@
-//! Tests of the documents: their links, their formulas, the equations that the code cites, the order
-//! of imports, and idioms of the code.
+//! Tests of the documents: their links, their formulas, their statements of the tree, the equations
+//! that the code cites, the order and the circles of imports, and idioms of the code.
 
 mod citations;
 mod formulas;
@@ -7,3 +7,4 @@ mod idioms;
 mod imports;
 mod links;
 mod site;
+mod statements;

@@ -1,14 +1,10 @@
 //! Ipopt and the native solver, step by step from common states of native runs.
 
+use crate::common::prelude::*;
 use crate::common::{body, certify, flagged_contacts, point_forces, points, quantile, solve};
 use crate::toss::*;
 use std::sync::LazyLock;
 use tumble::solver::ipopt::IpoptSolver;
-use tumble_core::contact::Detection;
-use tumble_core::mechanics::Wrench;
-use tumble_core::simulation::StepRecord;
-use tumble_core::step::{StepSolution, StepStatus};
-use tumble_core::world::World;
 
 const SEEDS: [u32; 6] = [0, 1, 2, 3, 6, 42];
 /// One of this many steps of a run is compared.

@@ -2,17 +2,15 @@
 //! differences for bodies of any shape.
 
 use crate::common;
+use crate::common::prelude::*;
 
 use crate::common::{any_state, any_world, any_wrench, cases, state};
 use crate::points::{Input, Output, Point, Triplets, compare, points};
 use crate::slopes::{Program as _, hessian_error, jacobian_error};
-use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 use tumble::sparsity::SparsityPattern;
 use tumble::step_nlp::DissipationFactor::{Flag, Product};
 use tumble::step_nlp::StepNlp;
-use tumble_core::mechanics::{RigidBody, Wrench};
-use tumble_core::world::{Parameters, World};
 
 /// Program of a point's step.
 fn nlp_of(input: &Input) -> StepNlp {

@@ -2,15 +2,11 @@
 //! that have not converged.
 
 use crate::common;
+use crate::common::prelude::*;
 
 use crate::common::{certify, point_forces, tutorial_world};
 use crate::toss::*;
 use tumble::solver::ipopt::{IpoptSolver, Ladder, Rung};
-use tumble_core::contact::Contact;
-use tumble_core::mechanics::{State, Wrench};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::{StepReport, StepSolution, StepStatus};
-use tumble_core::world::World;
 
 fn ladder(world: &World, rungs: &[Rung], most_iterations: u32) -> Ladder {
     let options = IpoptSolver::options(1e-6, most_iterations);

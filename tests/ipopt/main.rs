@@ -1,22 +1,25 @@
-//! Tests of Ipopt's programs: derivatives, the ladder of starts, the tutorial's steps, and
-//! comparison with the native solver.
+//! Tests of Ipopt's programs: derivatives, the ladder of starts, the tutorial's steps, comparison
+//! with the native solver, and refused input.
 
 mod agreement;
 #[path = "../common/mod.rs"]
 mod common;
 mod derivatives;
+mod free_motion;
 mod ladder;
+mod many_points;
 mod native_point;
-#[path = "../common/points.rs"]
 mod points;
+mod rotation;
+mod scaled_copies;
 mod sensitivity;
-#[path = "../common/sizes.rs"]
 mod sizes;
-#[path = "../common/slopes.rs"]
 mod slopes;
 mod steps;
-#[path = "../common/terms.rs"]
+mod take_back;
 mod terms;
-#[path = "../common/toss.rs"]
+mod threads;
+#[path = "../../crates/core/tests/common/toss.rs"]
 mod toss;
 mod tutorial_steps;
+mod wrong_input;

@@ -1,15 +1,11 @@
 //! The native solver's point in the tutorial's nonlinear program. In every step it is feasible with
 //! the objective 0, hence a global minimum.
 
+use crate::common::prelude::*;
 use crate::common::{heights, points};
 use crate::toss::*;
-use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
 use tumble::step_nlp::{ProgramPoint, SMOOTHING, StepNlp, layout};
-use tumble_core::contact::Plane;
-use tumble_core::mechanics::{RigidBody, Wrench};
-use tumble_core::simulation::StepRecord;
-use tumble_core::world::{Parameters, World};
 
 /// Solution of a step as a point of the program, with the smallest slacks that the rows allow.
 fn point_of(nlp: &StepNlp, step: &StepRecord) -> ProgramPoint {

@@ -14,17 +14,13 @@
 //! differences of its rows at fixed x, which are smooth. None of this uses the native solver or its
 //! derivative.
 
+use crate::common::prelude::*;
 use crate::common::{heights, points};
 use crate::slopes::Program as _;
 use crate::toss::*;
-use nalgebra::{DMatrix, DVector, Vector3, Vector4};
+use nalgebra::DVector;
 use tumble::step_nlp::{ProgramPoint, StepNlp, layout};
-use tumble_core::derivative::StateChange;
 use tumble_core::mechanics::quaternion::attitude_map;
-use tumble_core::mechanics::{State, Wrench};
-use tumble_core::simulation::StepRecord;
-use tumble_core::solver::native::{StepChange, StepDerivative};
-use tumble_core::world::{Constant, World};
 
 /// ε [N]: tiny, so that friction obeys the law.
 const SMOOTHING: f64 = 1e-12;

@@ -1,39 +1,17 @@
 //! Ipopt's steps of one body: missed contacts, the native solution in its place, interrupts, and
 //! refused worlds.
 
-use nalgebra::{Vector3, Vector4};
+use crate::common::prelude::*;
 use std::sync::atomic::AtomicBool;
 use tumble::ipopt::Options;
 use tumble::solver::ipopt::{IpoptSolver, LADDER_RESIDUAL, Ladder, Rung, ladder_for};
-use tumble_core::contact::certificate::{Certifier, Claim};
-use tumble_core::contact::{Candidates, Plane};
-use tumble_core::error::Error;
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::solver::native::NativeSolver;
-use tumble_core::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
-use tumble_core::world::{Fixed, Parameters, Partner, World};
 
 fn world(bodies: Vec<RigidBody>, friction: f64) -> World {
-    World::new(Parameters {
-        bodies,
-        ground: Some(Plane::level()),
-        gravity: Vector3::new(0.0, 0.0, -9.81),
-        friction,
-        time_step: 0.002,
-        rotation: Rotation::Momentum,
-    })
-    .unwrap()
+    World::new(Parameters { friction, ..Parameters::new(bodies) }).unwrap()
 }
 
 fn at(height: f64) -> State {
-    State {
-        position: Vector3::new(0.0, 0.0, height),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
-    }
+    State::at_rest(Vector3::new(0.0, 0.0, height))
 }
 
 fn cube() -> RigidBody {
@@ -131,6 +109,8 @@ fn other_worlds_are_refused_in_a_sentence_that_names_the_native_solver() {
     let ball = RigidBody::solid(1.0, &[Piece::sphere(0.1).unwrap()]).unwrap().0;
     let piece = Piece::cuboid(Vector3::new(1.0, 1.0, 0.2)).unwrap();
     let block = vec![Fixed { piece, friction: None }];
+    let without_ground =
+        World::new(Parameters { ground: None, ..usual().parameters().clone() }).unwrap();
     for (other, word) in [
         (world(vec![cube(), cube()], 0.5), "one body"),
         (world(vec![ball], 0.5), "rounded points"),
@@ -138,6 +118,7 @@ fn other_worlds_are_refused_in_a_sentence_that_names_the_native_solver() {
         (usual().with_restitution(0.5).unwrap(), "restitution"),
         (usual().with_friction_between(0, Partner::Ground, 0.3).unwrap(), "coefficient"),
         (usual().with_untouched(0).unwrap(), "touch the ground"),
+        (without_ground, "ground"),
     ] {
         for refused in
             [ladder_for(&other, options()).err(), IpoptSolver::tutorial(&other, options()).err()]

@@ -1,21 +1,17 @@
 //! The tutorial's recorded runs, step by step: Ipopt's solutions from the recorded states and
 //! starts, the recorded points in our equations, and their certificates.
 
+use crate::common::prelude::*;
 use crate::common::{
     Row, SEEDS, any_state, any_world, any_wrench, body, cases, certificate_by_hand, certify,
     flagged_contacts, point_forces, points, quantile, tutorial_rows, tutorial_world, vector,
     wrench_of,
 };
-use nalgebra::Vector3;
 use proptest::prelude::*;
 use tumble::ipopt::{Options, ReturnStatus};
 use tumble::solver::ipopt::IpoptSolver;
 use tumble::step_nlp::{SMOOTHING, StepNlp};
-use tumble_core::contact::{Candidates, Certificate};
-use tumble_core::error::Error;
-use tumble_core::mechanics::{State, Wrench};
-use tumble_core::step::{Step, StepReport, StepSolution, StepStatus};
-use tumble_core::world::World;
+use tumble_core::contact::Certificate;
 
 /// Recorded steps k → k+1 of a run: the row before and the row of the solve.
 fn steps(rows: &[Row]) -> impl Iterator<Item = (&Row, &Row)> {

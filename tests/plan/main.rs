@@ -1,5 +1,5 @@
 //! Tests of plans: known solutions, refused problems, and plans that equal their replay.
 
-#[path = "../common/campaign.rs"]
+#[path = "../../crates/core/tests/common/campaign.rs"]
 mod campaign;
 mod plans;

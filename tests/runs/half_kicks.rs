@@ -1,9 +1,7 @@
 //! Borders of the leapfrog integrator: inputs, starts, and lengths that change (eq. 37).
 
+use crate::common::prelude::*;
 use crate::leapfrog::{NO_GROUND, at, pendulum, simulation};
-use nalgebra::Vector3;
-use tumble::{Simulation, State, StepRecord, Wrench};
-use tumble_core::step::StepStatus;
 
 const G: f64 = 9.81;
 

@@ -1,6 +1,7 @@
 //! Runs with the leapfrog integrator: order of convergence, closed forms, and velocities of the
 //! instant.
 
+use crate::gradients::gradient_of_end;
 use nalgebra::Vector3;
 use std::path::Path;
 use std::sync::Arc;
@@ -468,18 +469,9 @@ fn a_bounce_has_the_derivative_of_the_motion() {
     let mut by_height = StateChange::from_array(&[0.0; 12]);
     by_height.position.z = 1.0;
     let found = |has_impact_times: bool| {
-        let mut by_states = |k: u64, _: &[State]| (k == steps).then(|| vec![by_height]);
-        let mut run = Run {
-            steps,
-            before: &mut |_: &mut Simulation<'_>| Ok(()),
-            by_states: &mut by_states,
-            constants: &[],
-            inputs: &[],
-            checkpoints: Checkpoints::default(),
-            smoothing: None,
-            has_impact_times,
-        };
-        let found = simulation(&text, h).gradient(&mut run).unwrap();
+        let mut simulation = simulation(&text, h);
+        let found =
+            gradient_of_end(&mut simulation, steps, &[by_height], has_impact_times).unwrap();
         assert_eq!(found.untimed, u64::from(!has_impact_times));
         found.states[0].position.z
     };

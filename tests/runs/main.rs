@@ -1,15 +1,19 @@
-//! Tests of the simulation loop: runs, batches, gradients, saved states.
+//! Tests of the simulation loop: scenes of files, batches, gradients, saved states.
 
 mod accuracy;
+mod bouncing_islands;
 #[path = "../common/mod.rs"]
 mod common;
+mod elastic_motion;
+mod energy;
 mod gradients;
 mod half_kicks;
 mod leapfrog;
+mod passive;
 mod rollout;
 mod save;
-mod simulation;
-mod threads;
-#[path = "../common/toss.rs"]
+mod starts;
+mod terrain_files;
+#[path = "../../crates/core/tests/common/toss.rs"]
 mod toss;
 mod turns;

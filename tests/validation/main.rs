@@ -1,93 +1,35 @@
-//! Contact problems with closed-form solutions: docs/validation.md.
-//!
-//! A [`TestProblem`] simulates one or more runs with the solver of a [`Runner`] and compares the
-//! results with two values. The *exact* value solves the continuous problem with Newton's and
-//! Coulomb's laws by hand. The *discrete* value solves the time-stepping scheme of
-//! `docs/formulation.md` for the same motion. It is a sum in closed form or a recurrence in one
-//! unknown. Both formulas stand above the code that computes them.
-//!
-//! A [`TestQuantity`] holds if the measured value equals the discrete one to within its tolerance.
-//! The tolerance covers rounding and the residuals of the steps (`tolerance.rs`). The order of
-//! convergence of the discrete value to the exact one is declared ([`Convergence`]) and checked
-//! ([`TestQuantity::converges`]).
+//! The contact problems of `crates/core/tests/validation`, solved by Ipopt.
 
-#[path = "../common/campaign.rs"]
-mod campaign;
-mod edge;
-mod inputs;
+// Only the problems and their runner are used, not what the native solver's tests need.
+#![allow(dead_code)]
+
 mod ipopt;
-mod native;
+
+#[path = "../../crates/core/tests/validation/edge.rs"]
+mod edge;
+#[path = "../../crates/core/tests/validation/inputs.rs"]
+mod inputs;
+#[path = "../../crates/core/tests/validation/planar.rs"]
 mod planar;
-mod planted;
+#[path = "../../crates/core/tests/validation/prelude.rs"]
 mod prelude;
+#[path = "../../crates/core/tests/validation/problem.rs"]
+mod problem;
+#[path = "../../crates/core/tests/validation/problems/mod.rs"]
 mod problems;
+#[path = "../../crates/core/tests/validation/quantity.rs"]
 mod quantity;
+#[path = "../../crates/core/tests/validation/residual.rs"]
 mod residual;
+#[path = "../../crates/core/tests/validation/runner.rs"]
 mod runner;
+#[path = "../../crates/core/tests/validation/threshold.rs"]
 mod threshold;
+#[path = "../../crates/core/tests/validation/tolerance.rs"]
 mod tolerance;
-#[path = "../common/turning.rs"]
+#[path = "../../crates/core/tests/common/turning.rs"]
 mod turning;
 
 use inputs::{Input, TestInputs};
-use problems::PROBLEMS;
+use problem::{Refusal, SolvedBy, TestProblem, find};
 use quantity::{Convergence, TestQuantity};
-use runner::Runner;
-use tumble_core::error::Error;
-
-/// A problem with a closed-form solution.
-#[derive(Debug, Clone, Copy)]
-struct TestProblem {
-    name: &'static str,
-    /// The usual time step, s.
-    time_step: f64,
-    /// The inputs with their usual values.
-    inputs: &'static [(Input, f64)],
-    /// The number of bodies.
-    bodies: usize,
-    solve: fn(&TestInputs, &mut Runner<'_>) -> SolvedBy,
-}
-
-/// The result of [`TestProblem::solve`]: measured and expected values, or a [`Refusal`] of inputs
-/// with a motion that differs from the closed form.
-type SolvedBy = Result<Vec<TestQuantity>, Refusal>;
-
-impl TestProblem {
-    /// A problem without a name, for any solver.
-    const fn solved_by(solve: fn(&TestInputs, &mut Runner<'_>) -> SolvedBy) -> Self {
-        Self { name: "", time_step: 0.0, inputs: &[], bodies: 1, solve }
-    }
-
-    /// The inputs with their usual values.
-    fn inputs(&self) -> TestInputs {
-        TestInputs::new(self.time_step, self.inputs)
-    }
-
-    /// Simulates the problem and compares.
-    fn solve(&self, inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
-        (self.solve)(inputs, runner)
-    }
-}
-
-/// The problem with this name.
-fn find(name: &str) -> Option<&'static TestProblem> {
-    PROBLEMS.iter().find(|problem| problem.name == name)
-}
-
-/// The reason why a problem cannot be posed with given inputs.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-enum Refusal {
-    /// The model refuses a number.
-    #[error(transparent)]
-    Model(#[from] Error),
-    /// The closed form does not describe the motion.
-    #[error("{0}")]
-    Motion(String),
-}
-
-impl Refusal {
-    /// Refuses if `condition` holds.
-    fn when(condition: bool, why: impl Into<String>) -> Result<(), Self> {
-        if condition { Err(Self::Motion(why.into())) } else { Ok(()) }
-    }
-}

@@ -2,7 +2,6 @@
 
 mod bench_programs;
 mod browser;
-#[path = "../../../tests/common/example.rs"]
 mod example;
 mod examples;
 mod gif;

@@ -10,7 +10,6 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble_core::mechanics::State;
 
-/// Cost of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RunCost {
     /// Part of the targets and path constraints.

@@ -393,7 +393,6 @@ fn choices_in(
     (acting, chosen)
 }
 
-/// Transition to the start, by starts and constants.
 fn to_start(
     problem: &PlanProblem,
     controls: &[f64],

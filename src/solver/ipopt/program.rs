@@ -41,7 +41,6 @@ pub(super) struct IpoptEffort<'a> {
     pub(super) compliance: f64,
 }
 
-/// Multipliers of a start.
 #[derive(Clone, Copy)]
 pub(super) enum StartMultipliers<'a> {
     /// Ipopt's estimate. Ipopt first moves the point away from its bounds.

@@ -43,7 +43,6 @@ pub(super) fn coast(x: &mut ProgramPoint, world: &World) {
     x.set_state(&world.step_map().coasted(&x.state()));
 }
 
-/// Sets a solution of a step.
 pub(super) fn set_solution(
     x: &mut ProgramPoint,
     candidates: &[Contact],

@@ -1,13 +1,11 @@
 //! Derivatives of batches against differences of the same batches, and refused input.
 
 use super::*;
+use crate::common::prelude::*;
 use std::num::NonZeroUsize;
 use tumble::rollout::{
     Batch, By, Cotangents, Gradients, RolloutOutputs, RolloutWatch, Varied, gradients, roll_out,
 };
-use tumble_core::contact::Partner;
-use tumble_core::error::Error;
-use tumble_core::step::Step;
 
 const STEPS: usize = 25;
 const ROLLOUTS: usize = 3;

@@ -2,15 +2,10 @@
 //! solved by hand. The limit is the derivative of the exact step.
 
 use super::{on_a_slope, scenario, step, transposes};
-use nalgebra::{Matrix3, Vector3, Vector4};
+use crate::common::prelude::*;
 use std::path::Path;
-use tumble_core::contact::Plane;
-use tumble_core::derivative::StateChange;
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble_core::simulation::{Simulation, StepRecord};
-use tumble_core::solver::native::{Smoothing, StepChange, StepDerivative};
-use tumble_core::world::{Coefficient, Constant, Integrator, Parameters, World};
+use tumble_core::solver::native::Smoothing;
+use tumble_core::world::Coefficient;
 
 const MASS: f64 = 2.0;
 const H: f64 = 0.002;
@@ -23,20 +18,12 @@ fn ball(gap: f64, velocity: Vector3<f64>, friction: f64) -> (World, Vec<State>) 
     let moment = Matrix3::from_diagonal_element(5e4);
     let body = RigidBody::from_pieces(MASS, moment, vec![Piece::sphere(0.1).unwrap()]).unwrap();
     let parameters = Parameters {
-        bodies: vec![body],
         ground: Some(Plane::new(Vector3::z(), 0.0).unwrap()),
-        gravity: Vector3::new(0.0, 0.0, -G),
         friction,
-        time_step: H,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(vec![body])
     };
-    let state = State {
-        position: Vector3::new(0.0, 0.0, 0.1 + gap),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-        velocity,
-        spin: Vector3::zeros(),
-    };
-    (World::new(parameters).unwrap().with_integrator(Integrator::Euler), vec![state])
+    let state = State { velocity, ..State::at_rest(Vector3::new(0.0, 0.0, 0.1 + gap)) };
+    (euler(parameters), vec![state])
 }
 
 /// Solution γ and β of (N7), if without them the ball would move with c off the ground and with w
@@ -172,23 +159,16 @@ fn two_balls_push_each_other_by_their_mean_mass() {
     for masses in [[2.0, 2.0], [0.01, 100.0], [100.0, 0.01]] {
         let of = |mass: f64| RigidBody::solid(mass, &[Piece::sphere(0.1).unwrap()]).unwrap().0;
         let parameters = Parameters {
-            bodies: masses.map(of).to_vec(),
             ground: None,
             gravity: Vector3::zeros(),
             friction: 0.0,
-            time_step: H,
-            rotation: Rotation::Momentum,
+            ..Parameters::new(masses.map(of).to_vec())
         };
         let state = |x: f64, speed: f64| State {
-            position: Vector3::new(x, 0.0, 0.0),
-            attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
             velocity: Vector3::new(speed, 0.0, 0.0),
-            spin: Vector3::zeros(),
+            ..State::at_rest(Vector3::new(x, 0.0, 0.0))
         };
-        let scene = (
-            World::new(parameters).unwrap().with_integrator(Integrator::Euler),
-            vec![state(0.0, 0.3), state(0.2, -0.1)],
-        );
+        let scene = (euler(parameters), vec![state(0.0, 0.3), state(0.2, -0.1)]);
         let speed = 1e-2;
         let (mut derivative, ..) = centred(&scene, speed);
         let mean = (masses[0] * masses[1]).sqrt();

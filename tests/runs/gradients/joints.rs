@@ -2,13 +2,9 @@
 //! against products.
 
 use super::{scenario, size, step};
-use nalgebra::{SMatrix, Vector3, Vector4};
-use tumble_core::derivative::StateChange;
-use tumble_core::joint::{Drive, Joint, JointFrame, Motor};
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::StepRecord;
-use tumble_core::solver::native::{StepChange, StepDerivative, StepGradient};
-use tumble_core::world::{Constant, Integrator, Parameters, World};
+use crate::common::prelude::*;
+use nalgebra::SMatrix;
+use tumble_core::solver::native::StepGradient;
 
 const H: f64 = 0.01;
 const MASS: f64 = 2.0;
@@ -16,25 +12,18 @@ const MASS: f64 = 2.0;
 /// Body on a slide with the given drive, at 0.3 m with 0.7 m/s.
 fn on_a_slide(drive: Drive) -> (World, Vec<State>) {
     let parameters = Parameters {
-        bodies: vec![RigidBody::solid_box(MASS, Vector3::repeat(0.1)).unwrap()],
         ground: None,
         gravity: Vector3::zeros(),
         friction: 0.0,
         time_step: H,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(vec![RigidBody::solid_box(MASS, Vector3::repeat(0.1)).unwrap()])
     };
     let frame = JointFrame::at(Vector3::zeros());
     let joint = Joint::prismatic(0, None, [frame, frame], drive);
-    let world = World::new(parameters)
-        .unwrap()
-        .with_integrator(Integrator::Euler)
-        .with_joints(vec![joint])
-        .unwrap();
+    let world = euler(parameters).with_joints(vec![joint]).unwrap();
     let state = State {
-        position: Vector3::new(0.0, 0.0, 0.3),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
         velocity: Vector3::new(0.0, 0.0, 0.7),
-        spin: Vector3::zeros(),
+        ..State::at_rest(Vector3::new(0.0, 0.0, 0.3))
     };
     (world, vec![state])
 }

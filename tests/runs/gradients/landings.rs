@@ -2,13 +2,13 @@
 //! that land, slide, roll, turn about joints and push others.
 
 use super::draw::Draw;
+use super::gradient_of_end;
 use nalgebra::{Vector3, Vector4};
 use rand_mt::Mt;
 use std::fmt::{self, Write as _};
 use std::path::Path;
 use tumble_core::derivative::StateChange;
-use tumble_core::mechanics::State;
-use tumble_core::simulation::{Checkpoints, Motion, Run, Simulation, StepRecord};
+use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 
@@ -141,20 +141,9 @@ impl Counts {
             let turn = Vector3::zeros();
             direction.iter_mut().for_each(|of| *of = StateChange { position, turn, ..*of });
         }
-        let mut by_states = |k: u64, _: &[State]| (k == steps).then(|| weights.clone());
-        let mut run = Run {
-            steps,
-            before: &mut |_: &mut Simulation<'_>| Ok(()),
-            by_states: &mut by_states,
-            constants: &[],
-            inputs: &[],
-            checkpoints: Checkpoints::default(),
-            smoothing: None,
-            has_impact_times: false,
-        };
         self.runs += 1;
         let mut simulation = started(&scene, &direction, 0.0);
-        let Ok(found) = simulation.gradient(&mut run) else {
+        let Ok(found) = gradient_of_end(&mut simulation, steps, &weights, false) else {
             self.marked += 1;
             return;
         };
@@ -220,18 +209,8 @@ fn by_start(h: f64, has_impact_times: bool) -> (StateChange, u64) {
     let scene = Scene::from_text(&text, Path::new("s.toml"), Settings::default(), &none).unwrap();
     let steps = (0.4 / h).round() as u64;
     let along = StateChange { position: Vector3::x(), ..StateChange::zero() };
-    let mut by_states = |k: u64, _: &[State]| (k == steps).then(|| vec![along]);
-    let mut run = Run {
-        steps,
-        before: &mut |_: &mut Simulation<'_>| Ok(()),
-        by_states: &mut by_states,
-        constants: &[],
-        inputs: &[],
-        checkpoints: Checkpoints::default(),
-        smoothing: None,
-        has_impact_times,
-    };
-    let found = started(&scene, &[StateChange::zero()], 0.0).gradient(&mut run).unwrap();
+    let mut simulation = started(&scene, &[StateChange::zero()], 0.0);
+    let found = gradient_of_end(&mut simulation, steps, &[along], has_impact_times).unwrap();
     (found.states[0], found.untimed)
 }
 

@@ -5,13 +5,9 @@
 
 use super::compare::{Direction, apart, difference, directions, size, transposed};
 use super::step;
-use nalgebra::Vector3;
+use crate::common::prelude::*;
 use rand_mt::Mt;
 use std::path::Path;
-use tumble_core::derivative::StateChange;
-use tumble_core::mechanics::{State, Wrench};
-use tumble_core::solver::native::{StepChange, StepDerivative};
-use tumble_core::world::{Constant, World};
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 

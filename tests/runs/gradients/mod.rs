@@ -1,38 +1,25 @@
 //! Derivative of a step against central differences of steps, in every regime and by every
 //! argument.
 
-mod articulated;
 mod batch;
-mod campaign;
 mod central;
+#[path = "../../../crates/core/tests/runs/gradients/compare.rs"]
 mod compare;
-mod digits;
-mod draw;
 mod driven;
-mod dry;
 mod joints;
 mod landings;
-mod laws;
 mod loops;
-mod own;
-mod random;
 mod rest;
 mod shares;
-mod smooth;
-mod sums;
-mod turns;
 
-use compare::{Direction, Tally, apart, compare, difference, directions, size, transposed};
-use nalgebra::{Vector3, Vector4};
+use crate::common::draw;
+use crate::common::prelude::*;
+use compare::{
+    Direction, Tally, apart, compare, difference, directions, on_a_slope, size, step, transposed,
+};
 use rand_mt::Mt;
 use std::path::Path;
-use tumble_core::contact::Plane;
-use tumble_core::derivative::StateChange;
-use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
-use tumble_core::simulation::{Checkpoints, Motion, Run, Simulation, StepRecord};
-use tumble_core::solver::native::{Smoothing, StepChange, StepDerivative};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Constant, Integrator, Parameters, World};
+use tumble_core::simulation::{Checkpoints, Run, RunGradient};
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 
@@ -49,119 +36,23 @@ fn differentiable(mut scene: Scene) -> Scene {
     scene
 }
 
-/// One step from the given states, or `None` if it is not solved at full length.
-fn step<'a>(
-    world: &World,
-    states: &[State],
-    wrenches: &[Wrench],
-) -> Option<(Simulation<'a>, StepRecord)> {
-    let motion = Motion::native(world);
-    let mut simulation = Simulation::new(world.clone(), states.to_vec(), motion).ok()?;
-    for (body, wrench) in wrenches.iter().enumerate() {
-        simulation.set_wrench(body, *wrench).unwrap();
-    }
-    let mut record = StepRecord::new();
-    simulation.step(&mut record).unwrap();
-    let unsolved = [StepStatus::Failed, StepStatus::Substepped];
-    (!unsolved.contains(&record.status())).then_some((simulation, record))
-}
-
-/// Cube of mass 2 kg and half side 0.1 m on a slope of `angle` [rad], sliding down at `velocity`
-/// [m/s].
-fn on_a_slope(angle: f64, friction: f64, velocity: f64) -> (World, Vec<State>) {
-    let body = RigidBody::solid_box(2.0, Vector3::repeat(0.1)).unwrap();
-    let (sin, cos) = angle.sin_cos();
-    let ground = Plane::new(Vector3::new(sin, 0.0, cos), 0.0).unwrap();
-    let parameters = Parameters {
-        bodies: vec![body],
-        ground: Some(ground),
-        gravity: Vector3::new(0.0, 0.0, -9.81),
-        friction,
-        time_step: 0.002,
-        rotation: Rotation::Momentum,
-    };
-    let state = State {
-        position: Vector3::new(sin, 0.0, cos) * 0.1,
-        attitude: Vector4::new((0.5 * angle).cos(), 0.0, (0.5 * angle).sin(), 0.0),
-        velocity: Vector3::new(cos, 0.0, -sin) * velocity,
-        spin: Vector3::zeros(),
-    };
-    (World::new(parameters).unwrap().with_integrator(Integrator::Euler), vec![state])
-}
-
-/// Component of δv along the slope for changes of the constants of the world.
-fn along_the_slope(
-    scene: &(World, Vec<State>),
-    angle: f64,
-    constants: &[(Constant, &[f64])],
-) -> f64 {
-    let (simulation, base) = step(&scene.0, &scene.1, &[]).unwrap();
-    let mut derivative = StepDerivative::new();
-    simulation.linearise(&base, &mut derivative).unwrap();
-    let mut end = Vec::new();
-    derivative.jvp(&StepChange { constants, ..StepChange::default() }, &mut end).unwrap();
-    Vector3::new(angle.cos(), 0.0, -angle.sin()).dot(&end[0].velocity)
-}
-
-/// Checks v⁺ = v + h g (sin α − μ cos α) for four sliding corners, two of which are redundant.
-#[test]
-fn a_slide_by_friction_gravity_mass_and_inertia() {
-    let (angle, friction, h, g) = (0.5, 0.3, 0.002, 9.81);
-    let scene = on_a_slope(angle, friction, 1.0);
-    let by = |constants: &[(Constant, &[f64])]| along_the_slope(&scene, angle, constants);
-    // Rounding of the velocity 1 m/s, and 1e-16/1e-6 for the undetermined part.
-    let close =
-        |found: f64, expected: f64| assert!((found - expected).abs() < 1e-11, "{found} {expected}");
-    close(by(&[(Constant::Friction, &[1.0])]), -h * g * angle.cos());
-    close(
-        by(&[(Constant::Gravity, &[0.0, 0.0, -1.0])]),
-        h * (angle.sin() - friction * angle.cos()),
-    );
-    close(by(&[(Constant::Mass, &[1.0])]), 0.0);
-    close(by(&[(Constant::Inertia, &[1e-2, 0.0, 0.0, 0.0, 2e-2, 0.0, 0.0, 0.0, 3e-2])]), 0.0);
-    close(by(&[(Constant::TimeStep, &[1.0])]), g * (angle.sin() - friction * angle.cos()));
-}
-
-/// Checks that a sticking block has zero derivatives for any push: a plateau.
-#[test]
-fn sticking_body_has_zero_derivative_by_a_push() {
-    let angle = 0.2;
-    let scene = on_a_slope(angle, 0.5, 0.0);
-    let found = along_the_slope(&scene, angle, &[(Constant::Gravity, &[1.0, 0.5, -2.0])]);
-    assert!(found.abs() < 1e-11, "{found}");
-    assert!(along_the_slope(&scene, angle, &[(Constant::Friction, &[1.0])]).abs() < 1e-11);
-}
-
-/// Checks that with compliance a sticking block creeps under a push along the ground. Four corners
-/// with u = −ε p̂ each and m v = h F + Σ m p̂ lead to v = h F/m ε/(4 + ε). The same holds for a
-/// push downwards.
-#[test]
-fn sticking_body_creeps_with_compliance() {
-    let (world, states) = on_a_slope(0.0, 0.5, 0.0);
-    let (simulation, base) = step(&world, &states, &[]).unwrap();
-    for compliance in [1e-6, 1e-3, 1e-1] {
-        let mut derivative = StepDerivative::smoothed(Smoothing::Compliance(compliance)).unwrap();
-        simulation.linearise(&base, &mut derivative).unwrap();
-        let mut pushed = |force: Vector3<f64>, torque: Vector3<f64>| {
-            let wrenches = [Wrench { force, torque }];
-            let mut end = Vec::new();
-            let change = StepChange { wrenches: &wrenches, ..StepChange::default() };
-            derivative.jvp(&change, &mut end).unwrap();
-            end[0]
-        };
-        let expected = 0.002 / 2.0 * compliance / (4.0 + compliance);
-        // With the torque of the friction about the centre.
-        let torque = -0.1 * 4.0 / (4.0 + compliance);
-        let along = pushed(Vector3::x(), Vector3::new(0.0, torque, 0.0));
-        assert!((along.velocity[0] - expected).abs() <= 1e-9 * expected, "{along:?}");
-        assert!(along.spin.norm() <= 1e-9 * expected / 0.1, "{along:?}");
-        let down = pushed(-Vector3::z(), Vector3::zeros());
-        assert!((down.velocity[2] + expected).abs() <= 1e-9 * expected, "{down:?}");
-        assert_eq!(derivative.smoothing(), Some(Smoothing::Compliance(compliance)));
-    }
-    for refused in [0.0, -1.0, 2.0, f64::NAN] {
-        assert!(StepDerivative::smoothed(Smoothing::Compliance(refused)).is_err());
-    }
+/// Gradient of Σ w·δX after `steps` steps. `weights` are w, one per body.
+pub fn gradient_of_end(
+    simulation: &mut Simulation<'_>,
+    steps: u64,
+    weights: &[StateChange],
+    has_impact_times: bool,
+) -> Result<RunGradient, Error> {
+    simulation.gradient(&mut Run {
+        steps,
+        before: &mut |_| Ok(()),
+        by_states: &mut |step, _| (step == steps).then(|| weights.to_vec()),
+        constants: &[],
+        inputs: &[],
+        checkpoints: Checkpoints::default(),
+        smoothing: None,
+        has_impact_times,
+    })
 }
 
 #[test]

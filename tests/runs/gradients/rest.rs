@@ -1,13 +1,9 @@
 //! Derivative of a run that comes to rest, against products step by step.
 
 use super::{scenario, size};
-use nalgebra::Vector3;
-use tumble_core::derivative::StateChange;
-use tumble_core::error::Error;
-use tumble_core::mechanics::Wrench;
-use tumble_core::simulation::{Checkpoints, Run, Simulation, StepRecord};
-use tumble_core::solver::native::{StepDerivative, StepGradient};
-use tumble_core::world::Constant;
+use crate::common::prelude::*;
+use tumble_core::simulation::{Checkpoints, Run};
+use tumble_core::solver::native::StepGradient;
 
 const STEPS: u64 = 400;
 

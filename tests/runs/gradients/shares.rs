@@ -1,13 +1,8 @@
 //! Forces that the laws leave open: derivatives follow the selection rule that shares them.
 
 use super::{Direction, apart, difference, size, step};
-use nalgebra::Vector3;
+use crate::common::prelude::*;
 use std::path::Path;
-use tumble_core::derivative::StateChange;
-use tumble_core::simulation::random::Draws;
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::solver::native::{StepChange, StepDerivative};
-use tumble_core::world::Constant;
 use tumble_scene::scene::Scene;
 use tumble_scene::settings::Settings;
 

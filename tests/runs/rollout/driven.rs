@@ -29,12 +29,7 @@ fn driven_world() -> World {
 }
 
 fn driven_starts() -> Vec<f64> {
-    let state = |x: f64| State {
-        position: Vector3::new(x, 0.0, 0.0),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
-    };
+    let state = |x: f64| State::at_rest(Vector3::new(x, 0.0, 0.0));
     [0.0, 1.0].iter().flat_map(|x| state(*x).to_vector().as_slice().to_vec()).collect()
 }
 

@@ -6,9 +6,9 @@
 
 mod driven;
 
+use crate::common::prelude::*;
 use crate::toss::*;
 use allocation_counter::measure;
-use nalgebra::{Matrix3, Vector3, Vector4};
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -16,12 +16,6 @@ use tumble::rollout::{
     Batch, Constant, RolloutError, RolloutOutputs, RolloutReport, RolloutTally, RolloutWatch,
     Varied, roll_out,
 };
-use tumble_core::error::Error;
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::{RigidBody, State, Wrench};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
-use tumble_core::world::{Parameters, Partner, Plane, World};
 
 /// Number of steps of a rollout.
 const T: usize = 150;
@@ -185,12 +179,7 @@ fn several_bodies_share_starts_and_controls() {
     let world =
         World::new(Parameters { bodies: vec![body(0.5), body(0.3)], ..parameters(body(1.0)) });
     let world = world.unwrap();
-    let at = |z: f64| State {
-        position: Vector3::new(0.0, 0.0, z),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
-    };
+    let at = |z: f64| State::at_rest(Vector3::new(0.0, 0.0, z));
     let starts = [at(0.5), at(1.3)];
     let push = Wrench { force: Vector3::new(20.0, 0.0, 0.0), torque: Vector3::zeros() };
     let controls: Vec<f64> =
@@ -216,13 +205,11 @@ impl StepSolver for Lazy {
     fn solve(
         &mut self,
         step: &Step<'_>,
-        candidates: &mut tumble_core::contact::Candidates,
+        candidates: &mut Candidates,
         solution: &mut StepSolution,
     ) -> Result<StepReport, Error> {
         solution.set_free(step.free);
-        let none = |contact: &tumble_core::contact::Contact| {
-            tumble_core::step::ContactForce::none(contact.key)
-        };
+        let none = |contact: &Contact| ContactForce::none(contact.key);
         solution.contacts.extend(candidates.contacts().iter().map(none));
         Ok(StepReport::without_problem(StepStatus::Converged))
     }
@@ -231,12 +218,7 @@ impl StepSolver for Lazy {
 #[test]
 fn steps_that_fail_are_listed_by_rollout_and_step() {
     let world = cube_world(SOLID);
-    let start = |height: f64| State {
-        position: Vector3::new(0.0, 0.0, height),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
-    };
+    let start = |height: f64| State::at_rest(Vector3::new(0.0, 0.0, height));
     let starts = numbers(&[start(9.0), start(1.0), start(9.0), start(1.0)]);
     let lazy = |_: &World| Ok(Motion::contact(Lazy));
     let batch = Batch { motion: &lazy, steps: 2, ..batch(&world, &starts, 4) };

@@ -137,7 +137,6 @@ pub struct Certifier {
     poses: Vec<(Pose, Pose)>,
     /// Sum of contact and external forces (world) and torques (body frame) on each body.
     loads: Vec<Wrench>,
-    /// Motion of each joint.
     joint_motions: Vec<JointMotion>,
 }
 

@@ -123,12 +123,8 @@ impl Knots {
 impl JointFrame {
     /// Interpolates between this frame and `other` at the fraction `share`.
     fn towards(&self, other: &Self, share: f64) -> Self {
-        let state = |frame: &Self| State {
-            position: frame.anchor,
-            attitude: frame.attitude,
-            velocity: Vector3::zeros(),
-            spin: Vector3::zeros(),
-        };
+        let state =
+            |frame: &Self| State { attitude: frame.attitude, ..State::at_rest(frame.anchor) };
         let (anchor, attitude) = Trajectory::between(&state(self), &state(other)).placed(share);
         Self { anchor, attitude: attitude.normalize() }
     }

@@ -143,10 +143,10 @@ impl Rotation {
         spin: &Vector3<f64>,
         time_step: f64,
     ) -> Vector3<f64> {
-        let momentum = inertia * spin;
+        let momentum = self.momentum(inertia, spin, -time_step);
         match self {
             Self::Tutorial => momentum + spin.cross(&momentum) * time_step,
-            Self::Momentum => momentum + turned(inertia, spin, time_step),
+            Self::Momentum => momentum,
         }
     }
 

@@ -46,6 +46,16 @@ pub struct Wrench {
 }
 
 impl State {
+    /// State at rest at `position` (m), with the body frame parallel to the world frame.
+    pub fn at_rest(position: impl Into<Vector3<f64>>) -> Self {
+        Self {
+            position: position.into(),
+            attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
+            velocity: Vector3::zeros(),
+            spin: Vector3::zeros(),
+        }
+    }
+
     /// This state with velocities of the instant, from those one interval `before`, between which forces
     /// acted over `kick` times its length (eq. 37a).
     pub(crate) fn extrapolated(&self, before: &Self, kick: f64) -> Self {

@@ -168,7 +168,6 @@ impl ContactProblem {
         }
     }
 
-    /// Group of a row.
     pub(crate) fn group_of(&self, row: usize) -> usize {
         self.starts.partition_point(|start| *start <= row) - 1
     }

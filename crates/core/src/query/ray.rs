@@ -152,7 +152,6 @@ impl Query<'_> {
         );
     }
 
-    /// Hit with the ground.
     fn ground_hit(&self, ray: &Ray) -> Option<RayHit> {
         let ground = self.world.ground()?;
         let height = ground.normal().dot(&ray.origin) - ground.offset();

@@ -19,7 +19,7 @@ use crate::contact::Candidates;
 use crate::error::Error;
 use crate::joint::{Axis, Drive, Joint, JointAxis};
 use crate::mechanics::trajectory::{LARGEST_TURN, Trajectory};
-use crate::mechanics::{RigidBody, Rotation, State, Wrench, largest};
+use crate::mechanics::{RigidBody, State, Wrench, largest};
 use crate::solver::native::NativeSolver;
 use crate::step::{Step, StepSolution, StepSolver, StepStatus};
 use crate::world::{Parameters, World};
@@ -195,12 +195,11 @@ impl World {
     /// replaced by `kept`.
     fn bare(&self, time_step: f64, kept: impl Fn(&Drive) -> Drive) -> Result<Self, Error> {
         let parameters = Parameters {
-            bodies: self.bodies().iter().map(RigidBody::without_shape).collect(),
             ground: None,
             gravity: Vector3::zeros(),
             friction: 0.0,
             time_step,
-            rotation: Rotation::Momentum,
+            ..Parameters::new(self.bodies().iter().map(RigidBody::without_shape).collect())
         };
         let gears = self.gears().iter().map(|gear| match gear.drive() {
             None => *gear,

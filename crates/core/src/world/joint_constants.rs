@@ -238,7 +238,6 @@ impl Joint {
         along.chain((0..3).filter(move |k| about[*k]).map(JointAxis::Angular))
     }
 
-    /// Axes with limits.
     pub(crate) fn limited_axes(&self) -> impl Iterator<Item = JointAxis> {
         let all = (0..3).map(JointAxis::Linear).chain((0..3).map(JointAxis::Angular));
         all.filter(|axis| self.drive(*axis).is_some_and(|drive| drive.limits.is_some()))

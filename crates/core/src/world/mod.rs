@@ -59,6 +59,21 @@ pub struct Parameters {
     pub rotation: Rotation,
 }
 
+impl Parameters {
+    /// Constants of `bodies` on level ground at z = 0, with gravity of 9.81 m/s², μ = 0.5 and steps of
+    /// 2 ms.
+    pub fn new(bodies: Vec<RigidBody>) -> Self {
+        Self {
+            bodies,
+            ground: Some(Plane::level()),
+            gravity: Vector3::new(0.0, 0.0, -9.81),
+            friction: 0.5,
+            time_step: 0.002,
+            rotation: Rotation::Momentum,
+        }
+    }
+}
+
 /// Meaning of the velocities of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

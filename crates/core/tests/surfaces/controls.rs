@@ -4,9 +4,8 @@ use crate::floors::{block, world};
 use crate::shapes::{Random, attitude, standing};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::FRAC_PI_4;
-use tumble_core::contact::Plane;
 use tumble_core::geometry::Piece;
-use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::mechanics::{RigidBody, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::world::{Fixed, Integrator, Parameters, World};
 
@@ -136,12 +135,9 @@ fn box_on_two_tiles_that_part_stays_where_it_is() {
     let tile = RigidBody::solid_box(5.0, Vector3::new(0.5, 0.5, 0.1)).unwrap();
     let plank = RigidBody::solid_box(1.0, Vector3::new(0.4, 0.2, 0.05)).unwrap();
     let world = World::new(Parameters {
-        bodies: vec![plank, tile.clone(), tile],
-        ground: Some(Plane::level()),
         gravity: Vector3::new(0.0, 0.0, -GRAVITY),
         friction: 0.0,
-        time_step: 0.002,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(vec![plank, tile.clone(), tile])
     })
     .unwrap()
     .with_integrator(Integrator::Euler);
@@ -170,12 +166,11 @@ fn wheel_that_rolls_over_a_slot_loses_the_speed_of_the_impact_on_its_edge() {
     let (radius, width, speed) = (0.1, 0.005, 0.5);
     let wheel = RigidBody::solid(1.0, &[Piece::cylinder(0.05, radius, 24).unwrap()]).unwrap().0;
     let parameters = Parameters {
-        bodies: vec![wheel],
         ground: None,
         gravity: Vector3::new(0.0, 0.0, -GRAVITY),
         friction: 1.0,
         time_step: 1e-4,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(vec![wheel])
     };
     let fixed = vec![
         block([-2.0, -1.0, -0.2], [0.0, 1.0, 0.0]),

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use tumble_core::contact::{Partner, Plane};
 use tumble_core::geometry::terrain::{HeightField, Surface};
 use tumble_core::geometry::{Piece, Terrain};
-use tumble_core::mechanics::{RigidBody, Rotation};
+use tumble_core::mechanics::RigidBody;
 use tumble_core::world::{Fixed, FixedTerrain, Integrator, Parameters, World};
 
 /// Names of the floors of [`floor`].
@@ -16,12 +16,9 @@ pub const FLOORS: [&str; 7] =
 /// A world with `body` above a level plane.
 pub fn world(body: &RigidBody, ground: bool, friction: f64) -> World {
     World::new(Parameters {
-        bodies: vec![body.clone()],
         ground: ground.then(Plane::level),
-        gravity: Vector3::new(0.0, 0.0, -9.81),
         friction,
-        time_step: 0.002,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(vec![body.clone()])
     })
     .unwrap()
     .with_integrator(Integrator::Euler)

@@ -3,7 +3,7 @@
 
 #![allow(clippy::disallowed_methods)]
 
-#[path = "../../../../tests/common/campaign.rs"]
+#[path = "../common/campaign.rs"]
 mod campaign;
 mod controls;
 mod floors;

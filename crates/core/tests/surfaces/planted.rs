@@ -9,7 +9,7 @@ use tumble_core::contact::{
 };
 use tumble_core::geometry::terrain::HeightField;
 use tumble_core::geometry::{Feature, Piece, PieceSide, Terrain};
-use tumble_core::mechanics::{RigidBody, Rotation, State};
+use tumble_core::mechanics::{RigidBody, State};
 use tumble_core::world::{FixedTerrain, Integrator, Parameters, World};
 
 /// Error (18g) of one loaded contact of the body 0 with the fixed collider `index` (m). The body's
@@ -90,12 +90,10 @@ fn contact_of_a_body_that_crosses_a_joint_of_tiles_has_no_error() {
     let tile = Piece::cuboid(Vector3::new(1.0, 1.0, 0.1)).unwrap();
     let (tile, _) = RigidBody::solid(20.0, &[tile]).unwrap();
     let world = World::new(Parameters {
-        bodies: vec![body.body.clone(), tile.clone(), tile],
         ground: None,
         gravity: Vector3::zeros(),
         friction: 0.0,
-        time_step: 0.002,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(vec![body.body.clone(), tile.clone(), tile])
     })
     .unwrap()
     .with_integrator(Integrator::Euler);

@@ -4,7 +4,7 @@ use crate::shapes::{Body, Random, SHAPES, attitude, standing};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::TAU;
 use tumble_core::derivative::StateChange;
-use tumble_core::mechanics::{Rotation, State};
+use tumble_core::mechanics::State;
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::solver::native::{StepChange, StepDerivative};
 use tumble_core::world::{Constant, Integrator, Parameters, World};
@@ -24,23 +24,17 @@ fn meeting(a: &Body, b: &Body, random: &mut Random) -> (World, [State; 2]) {
     let way =
         UnitQuaternion::from_euler_angles(0.0, random.between(-1.5, 1.5), random.between(0.0, TAU))
             * Vector3::x();
-    let still = |attitude| State {
-        position: Vector3::zeros(),
-        attitude,
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
-    };
+    let still = |attitude| State { attitude, ..State::at_rest(Vector3::zeros()) };
     let mut states = [still(turned(random)), still(turned(random))];
     let apart = a.reach_along(&states[0], &way) + b.reach_along(&states[1], &-way);
     states[1].position = way * apart;
     states[1].velocity = -4.0 * way;
     let world = World::new(Parameters {
-        bodies: vec![a.body.clone(), b.body.clone()],
         ground: None,
         gravity: Vector3::zeros(),
         friction: 0.3,
         time_step: 5e-4,
-        rotation: Rotation::Momentum,
+        ..Parameters::new(vec![a.body.clone(), b.body.clone()])
     });
     (world.unwrap().with_integrator(Integrator::Euler), states)
 }

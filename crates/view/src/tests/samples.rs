@@ -11,7 +11,7 @@ use tumble_core::mechanics::{RigidBody, Rotation, State};
 use tumble_core::simulation::Interval;
 use tumble_core::step::StepSolution;
 use tumble_core::step::StepStatus;
-use tumble_core::world::{Parameters, Plane, World};
+use tumble_core::world::{Parameters, World};
 use tumble_scene::output::tables::{ContactRow, IntervalRows, KeyText};
 
 /// Gravity g (m/s²).
@@ -79,12 +79,11 @@ fn world(count: usize, gravity: Vector3<f64>) -> World {
     let corners = box_corners(&Vector3::repeat(HALF_SIDE));
     let body = RigidBody::new(MASS, Matrix3::identity(), &corners).unwrap();
     let parameters = Parameters {
-        bodies: vec![body; count],
-        ground: Some(Plane::level()),
         gravity,
         friction: 0.3,
         time_step: TIME_STEP,
         rotation: Rotation::Tutorial,
+        ..Parameters::new(vec![body; count])
     };
     World::new(parameters).unwrap()
 }

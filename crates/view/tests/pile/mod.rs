@@ -8,7 +8,7 @@ use tumble_core::mechanics::{RigidBody, Rotation, State};
 use tumble_core::simulation::Interval;
 use tumble_core::step::StepSolution;
 use tumble_core::step::StepStatus;
-use tumble_core::world::{Fixed, Parameters, Plane, World};
+use tumble_core::world::{Fixed, Parameters, World};
 use tumble_scene::output::tables::{ContactRow, IntervalRows, KeyText};
 use tumble_view::{Film, Object, Shape};
 
@@ -163,12 +163,10 @@ pub fn film(steps: u64) -> Film {
     let inertia = Matrix3::identity() * 0.01;
     let rigid = |b: usize| RigidBody::from_pieces(1.0, inertia, pieces(b).1).unwrap();
     let world = World::new(Parameters {
-        bodies: (0..100).map(rigid).collect(),
-        ground: Some(Plane::level()),
         gravity: Vector3::new(0.0, 0.0, -GRAVITY),
-        friction: 0.5,
         time_step: TIME_STEP,
         rotation: Rotation::Tutorial,
+        ..Parameters::new((0..100).map(rigid).collect())
     });
     let ramp = Fixed { piece: ramp(), friction: None };
     let world = world.unwrap().with_fixed(vec![ramp]).unwrap();

@@ -135,7 +135,6 @@ impl PointTravel {
     }
 }
 
-/// Row of a rebound.
 #[derive(Debug, Clone, Copy)]
 struct ReboundRow {
     /// Motion u without the rebound (m/s), world frame.

@@ -136,7 +136,6 @@ impl<'a> JointTangent<'a> {
         Self { joint, states, map: *map, sides: [side(0), side(1)] }
     }
 
-    /// Pose of a side at one of the times.
     fn pose(&self, side: usize, time: usize) -> Pose {
         self.sides[side].as_ref().map_or_else(still, |side| side.poses[time])
     }

@@ -17,12 +17,7 @@ fn a_share_of_errors_is_left() {
         Joint::prismatic(0, None, frames, stop),
         Joint::spherical(0, None, frames),
     ];
-    let still = State {
-        position: Vector3::zeros(),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-        velocity: Vector3::zeros(),
-        spin: Vector3::zeros(),
-    };
+    let still = State::at_rest(Vector3::zeros());
     // 0.25 rad about the joint's axis and 0.25 m along it, and errors of some 1e-6.
     let axis = rotation(&here.attitude).column(2).into_owned();
     let off = Vector3::new(2e-6, -1e-6, 3e-6);

@@ -53,7 +53,6 @@ struct Jet {
 }
 
 impl Jet {
-    /// A linear form.
     fn linear(form: Vector4<f64>, at: &Vector4<f64>) -> Self {
         Self { value: form.dot(at), slope: form, bend: Matrix4::zeros() }
     }

@@ -1,7 +1,6 @@
 //! Unit tests of `dynamics.rs`.
 
 use super::*;
-use nalgebra::Vector4;
 
 fn brick() -> RigidBody {
     let inertia = Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 2.5));
@@ -9,12 +8,7 @@ fn brick() -> RigidBody {
 }
 
 fn spinning(spin: Vector3<f64>) -> State {
-    State {
-        position: Vector3::zeros(),
-        attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
-        velocity: Vector3::new(1.0, 2.0, 3.0),
-        spin,
-    }
+    State { velocity: Vector3::new(1.0, 2.0, 3.0), spin, ..State::at_rest(Vector3::zeros()) }
 }
 
 /// Angular momentum in the world is constant without torque. RK4 conserves it to fourth order:

@@ -102,7 +102,6 @@ impl<E: Equations> StagedProblem<E> {
         self.solver.solve(&mut self.equations, &self.previous, asked.accepted, effort)
     }
 
-    /// Writes the piece of every contact of the island.
     fn write_pieces(&self, island: &IslandView<'_>, pieces: &mut [ContactPiece]) {
         let solved = self.solver.pieces(&self.equations);
         for (&place, (piece, margin)) in island.contacts.iter().zip(solved) {

@@ -119,7 +119,6 @@ pub(super) struct StepContacts<'a> {
     pub(super) known: usize,
 }
 
-/// One island.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct IslandView<'a> {
     /// Bodies, as world indices.

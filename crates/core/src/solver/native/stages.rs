@@ -142,7 +142,6 @@ struct Rank {
     residual: f64,
 }
 
-/// End of a stage.
 #[derive(Debug, Clone, Copy)]
 struct StageEnd {
     /// Residual of the law without compliance (m/s).
@@ -269,7 +268,6 @@ impl<E: Equations> StageSolver<E> {
         StageOutcome { solved, run, selected, retried: run != StageRun::PREVIOUS }
     }
 
-    /// Runs a stage.
     fn run(
         &mut self,
         equations: &E,

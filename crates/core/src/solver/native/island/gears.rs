@@ -103,7 +103,6 @@ impl IslandSlope {
     pub(super) const NONE: Self = Self::Pair(PairSlope::NONE);
 }
 
-/// Slope of a gear row.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct GearSlope(Bodies<RowVector6<f64>>);
 

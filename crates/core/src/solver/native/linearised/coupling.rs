@@ -236,7 +236,6 @@ impl LinearCoupling {
         (self.slopes.by_velocity, self.slopes.by_instant) = (by_velocity, by_instant);
     }
 
-    /// Change of the rows for a change of one side.
     fn changed(&self, side: usize, given: &SideChangeInput) -> RowsChange<1> {
         let nothing = SideChangeInput::nothing();
         let sides = if side == 0 { [given, &nothing] } else { [&nothing, given] };
@@ -280,7 +279,6 @@ impl LinearCoupling {
         }
     }
 
-    /// Change of the rows for changes of constants.
     pub(super) fn jvp_wrt_constants<F: Fn(Constant, usize) -> f64>(
         &self,
         constants: &ConstantChanges<'_, F>,

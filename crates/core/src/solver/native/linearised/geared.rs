@@ -189,7 +189,6 @@ impl LinearGear {
         })
     }
 
-    /// Change of the row for changes of states.
     pub(super) fn pushed(&self, states: &[StateChange]) -> RowsChange<1> {
         let mut along = Along::default();
         for (bodies, row) in &self.by_pose {

@@ -32,7 +32,6 @@ pub(super) struct LinearIsland {
     is_determined: bool,
     /// True if only the first point is used: its own limit is taken, or the compliance is finite.
     is_one: bool,
-    /// Compliance of each point.
     given: [PointCompliance; 2],
     /// Impulses of the step's own solution.
     found: Vec<Vector3<f64>>,

@@ -53,7 +53,6 @@ impl MomentAxes {
     }
 }
 
-/// Moment at a solution.
 pub(super) struct MomentSolution<'a> {
     /// Index among the couplings of the island.
     pub(super) index: usize,

@@ -106,7 +106,6 @@ impl LinearisedSlopes {
         Self { bodies, by_pose: RowsChange::zero(), by_velocity: None, by_instant: None }
     }
 
-    /// Change of the rows for changes of states.
     pub(super) fn pushed(&self, states: &[StateChange]) -> RowsChange<1> {
         let mut change = RowsChange::zero();
         for (side, body) in self.bodies.into_iter().enumerate() {

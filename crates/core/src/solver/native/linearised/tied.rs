@@ -387,7 +387,6 @@ impl LinearRows {
         Self { coupling, slopes, by_time_step, joint, by_anchors, frame, laws }
     }
 
-    /// Change of the rows for changes of constants.
     pub(super) fn jvp_wrt_constants(&self, of: &impl Fn(Constant, usize) -> f64) -> RowsChange<1> {
         let mut change = RowsChange::zero().plus(of(Constant::TimeStep, 0), &self.by_time_step);
         for (k, law) in self.laws.iter().enumerate() {

@@ -1,0 +1,276 @@
+//! Many steps of random mechanisms. Almost all are certified, and none gains energy without being
+//! marked as unphysical.
+
+use super::made;
+use super::random::{Numbers, mechanism, smooth, uneven};
+use crate::common::prelude::*;
+use tumble_core::simulation::energy;
+
+/// Statistics of many steps.
+#[derive(Debug, Default)]
+struct Tally {
+    steps: u32,
+    /// Number of steps in which a contact carries a force.
+    pressed: u32,
+    /// Number of failed steps and of solved ones with a large residual.
+    uncertified: u32,
+    wild: u32,
+    retried: u32,
+    /// Number of substepped steps, and number of those that are not reproduced when repeated.
+    substepped: u32,
+    unrepeated: u32,
+    /// Largest joint errors: place (m) and turn (rad).
+    worst: (f64, f64),
+    /// Steps, solved or not, that gain energy without a mark: seed, step, gain and kinetic energy
+    /// [J].
+    unmarked: Vec<(u64, u64, f64, f64)>,
+}
+
+/// Energy that a step may gain without a mark: a fraction of the kinetic energy, and a constant
+/// [J].
+const ALLOWED: (f64, f64) = (2e-3, 1e-6);
+
+/// The same limits for bodies of up to 1000 kg that come to rest.
+const ALLOWED_UNEVEN: (f64, f64) = (1e-2, 1e-5);
+
+fn run(seeds: std::ops::Range<u64>, steps: usize, is_uneven: bool) -> Tally {
+    let (part, rest) = if is_uneven { ALLOWED_UNEVEN } else { ALLOWED };
+    let mut tally = Tally::default();
+    for seed in seeds {
+        let mut numbers = Numbers(seed);
+        let (mut world, states, bars) = mechanism(&mut numbers);
+        if is_uneven {
+            world = uneven(&world, &bars, &mut numbers);
+        }
+        let Ok(mut simulation) = Simulation::new(world.clone(), states, Motion::native(&world))
+        else {
+            // Some mechanisms overlap at the start.
+            continue;
+        };
+        let mut record = StepRecord::new();
+        for _ in 0..steps {
+            simulation.step(&mut record).unwrap();
+            tally.steps += 1;
+            let mut forces = record.first().solution.contacts.iter();
+            tally.pressed += u32::from(forces.any(|c| c.force.amax() > 0.0));
+            let status = record.status();
+            let certified = status != StepStatus::Failed && record.residual() <= 1e-9;
+            // Shorter steps are certified each, and the mean of their forces is not.
+            tally.uncertified += u32::from(!certified && status != StepStatus::Substepped);
+            tally.wild += u32::from(status == StepStatus::Wild);
+            tally.retried += u32::from(status == StepStatus::Retried);
+            if !certified || status == StepStatus::Wild {
+                println!(
+                    "seed {seed} step {} of {:.2e} s: {status} {:?} {:.1e} ({}); {:?}, turn {:.2}",
+                    record.index,
+                    world.time_step(),
+                    record.report().start,
+                    record.residual(),
+                    record.certificate().worst_part(),
+                    made(&world, &record),
+                    turn(&world, &record),
+                );
+            }
+            if status == StepStatus::Wild {
+                continue;
+            }
+            if certified {
+                for joint in world.joints() {
+                    let (place, turn) = joint.error(record.next_states()).unwrap();
+                    tally.worst = (tally.worst.0.max(place), tally.worst.1.max(turn));
+                }
+            }
+            let (mut gained, mut kinetic) = made(&world, &record);
+            if status == StepStatus::Substepped {
+                // The gain of the shorter steps is in the record.
+                let marked = record.gain().map_or(0.0, |gain| gain.energy);
+                tally.substepped += 1;
+                let [before, after] = energies(&world, &record);
+                match work_of_parts(&world, &record) {
+                    Some((apart, work)) if apart <= 1e-6 * kinetic.max(work.abs()) + rest => {
+                        gained = after - before - work - marked;
+                        kinetic = kinetic.max(work.abs());
+                    }
+                    // The parts start without the memory of the run and may end elsewhere.
+                    _ => {
+                        tally.unrepeated += 1;
+                        continue;
+                    }
+                }
+            }
+            // At rest the energy can be negative by half a step's fall. Bodies are lifted out of the
+            // depth that the last step left.
+            let lifted = lift(&world, &record);
+            if gained.is_nan() || gained > part * kinetic.max(0.0) + rest + lifted {
+                tally.unmarked.push((seed, record.index, gained, kinetic));
+            }
+        }
+    }
+    println!("{tally:?}");
+    tally
+}
+
+/// Energy of lifting all bodies by twice the depth of the deepest loaded contact, as between two planes
+/// [J].
+fn lift(world: &World, record: &StepRecord) -> f64 {
+    let loaded = record.first().contacts.iter().zip(&record.first().solution.contacts);
+    let loaded = loaded.filter(|(_, force)| force.force.amax() > 0.0);
+    let depth = loaded.fold(0.0, |depth: f64, (contact, _)| depth.max(-contact.gap));
+    let mass: f64 = world.bodies().iter().map(|body| body.mass()).sum();
+    2.0 * depth * mass * world.gravity().norm()
+}
+
+/// Total energy before and after the step [J].
+fn energies(world: &World, record: &StepRecord) -> [f64; 2] {
+    [record.states(), record.next_states()].map(|states| energy::total(world, states))
+}
+
+/// Work of the drives in a substepped step [J].
+///
+/// The record has the mean forces, whose work in a single step differs from the work in the parts.
+/// So the step is repeated in 2, 4, … 64 steps, and the energy at the end selects the number.
+/// Returns the difference of this energy [J] and the work. `None` if the step cannot be repeated.
+fn work_of_parts(world: &World, record: &StepRecord) -> Option<(f64, f64)> {
+    let [_, after] = energies(world, record);
+    let in_parts = |parts: u32| {
+        let time_step = world.time_step() / f64::from(parts);
+        let short = Parameters { time_step, ..world.parameters().clone() };
+        let short = world.with_parameters(short).ok()?;
+        let motion = Motion::native(&short);
+        let mut simulation =
+            Simulation::new(short.clone(), record.states().to_vec(), motion).ok()?;
+        let (mut part, mut work) = (StepRecord::new(), 0.0);
+        for _ in 0..parts {
+            simulation.step(&mut part).ok()?;
+            if !part.status().is_solved() {
+                return None;
+            }
+            let [before, after] = energies(&short, &part);
+            work += after - before - made(&short, &part).0;
+        }
+        Some(((energy::total(&short, simulation.states()) - after).abs(), work))
+    };
+    let found = (1..=6).filter_map(|power| in_parts(1 << power));
+    found.min_by(|one, other| one.0.total_cmp(&other.0))
+}
+
+/// Largest rotation of a body in the step [rad].
+fn turn(world: &World, record: &StepRecord) -> f64 {
+    let next = record.next_states().iter();
+    next.map(|state| world.time_step() * state.spin.norm()).fold(0.0, f64::max)
+}
+
+fn judge(tally: &Tally) {
+    let Tally { steps, uncertified, substepped, worst, unmarked, .. } = tally;
+    assert!(f64::from(*uncertified) <= 1e-3 * f64::from(*steps), "{uncertified} of {steps}");
+    assert!(f64::from(*substepped) <= 2e-3 * f64::from(*steps), "{substepped} of {steps}");
+    assert!(unmarked.is_empty(), "{unmarked:?}");
+    // A certificate of 1e-9 m/s over steps of 5 ms, and a lever of at least 0.05 m.
+    assert!(worst.0 < 5e-12 && worst.1 < 1e-10, "{worst:?}");
+}
+
+/// Checks random mechanisms that swing, fall on the ground and are driven hard. Almost every step
+/// is certified, and none gains energy without a mark.
+#[test]
+fn random_mechanisms_are_certified_and_make_no_energy() {
+    judge(&run(0..150, 150, false));
+}
+
+/// Checks the same for 10⁵ steps with contact forces.
+#[test]
+#[ignore = "minutes"]
+fn a_hundred_thousand_steps_are_certified_and_make_no_energy() {
+    let tally = run(1000..1900, 300, false);
+    assert!(tally.pressed > 100_000, "{tally:?}");
+    judge(&tally);
+}
+
+/// Checks two loops whose bars overlap by half a millimetre at the start, where the distance of the
+/// bars is nearly the largest: a step that separates them would need hundreds of joules. They move
+/// on with the depth, in steps that are not solved, until they come apart. The bodies of the second one have masses
+/// up to 1000 kg. A step that separates them has a solution, and its gain is marked.
+#[test]
+fn loops_that_start_in_an_overlap_move_on() {
+    for (seed, is_uneven) in [(1573, false), (2028, true)] {
+        let tally = run(seed..seed + 1, 60, is_uneven);
+        let marked = if is_uneven { tally.wild } else { tally.uncertified };
+        assert!((1..10).contains(&marked), "{tally:?}");
+        assert!(tally.unmarked.is_empty(), "{tally:?}");
+    }
+}
+
+/// Checks that mechanisms with mass ratios of up to 10⁵ gain no energy without a mark, solved or
+/// not.
+#[test]
+#[ignore = "minutes"]
+fn uneven_masses_make_no_energy() {
+    let Tally { steps, substepped, unrepeated, unmarked, .. } = run(2000..2300, 300, true);
+    // Only substepped steps that are reproduced are checked, about a tenth of them.
+    let repeated = substepped - unrepeated;
+    assert!(steps > 50_000 && repeated > 2, "{steps} {substepped} {unrepeated}");
+    assert!(unmarked.is_empty(), "{unmarked:?}");
+}
+
+/// Checks that the order of bodies and joints does not matter, until contacts with the ground
+/// amplify rounding.
+#[test]
+fn the_order_of_bodies_is_no_matter() {
+    let mut compared = 0;
+    for seed in 0..40 {
+        let mut numbers = Numbers(seed);
+        let (world, states, bars) = mechanism(&mut numbers);
+        let count = world.bodies().len();
+        // Index of each body in the other order.
+        let place = |body: usize| (body + 2) % count;
+        let mut bodies = world.bodies().to_vec();
+        let mut other_states = states.clone();
+        for body in 0..count {
+            bodies[place(body)] = world.bodies()[body].clone();
+            other_states[place(body)] = states[body];
+        }
+        let joints = world.joints().iter().rev().map(|joint| renumbered(joint, place));
+        let parameters = Parameters { bodies, ..world.parameters().clone() };
+        let other = euler(parameters).with_joints(joints.collect()).unwrap();
+        let other = smooth(other, &bars.iter().map(|bar| place(*bar)).collect::<Vec<_>>());
+        let start = |world: &World, states: Vec<State>| {
+            Simulation::new(world.clone(), states, Motion::native(world))
+        };
+        let (Ok(mut one), Ok(mut two)) = (start(&world, states), start(&other, other_states))
+        else {
+            continue;
+        };
+        let mut record = StepRecord::new();
+        let mut after = 0;
+        for k in 0..100 {
+            one.step(&mut record).unwrap();
+            two.step(&mut record).unwrap();
+            let is_exact = matches!(record.status(), StepStatus::Converged | StepStatus::Free);
+            let presses = record.first().solution.contacts.iter().any(|c| c.force.amax() > 0.0);
+            after += u32::from(presses || !is_exact);
+            if after > 3 {
+                break;
+            }
+            compared += 1;
+            for body in 0..count {
+                let (a, b) = (&one.states()[body], &two.states()[place(body)]);
+                let apart = (a.position - b.position).norm();
+                assert!(apart < 1e-9, "seed {seed} step {k} body {body}: {apart}");
+            }
+        }
+    }
+    println!("{compared} steps compared");
+    assert!(compared > 500, "{compared}");
+}
+
+/// The same joint between renumbered bodies.
+fn renumbered(joint: &Joint, place: impl Fn(usize) -> usize) -> Joint {
+    let (a, b) = (place(joint.body()), joint.other().map(&place));
+    let [x, y, z] = *joint.angular();
+    match (x, y, z) {
+        // Among these joints only a gimbal has a drive about y.
+        (Axis::Free(x), Axis::Free(y), Axis::Free(z)) if y != Drive::NONE => {
+            Joint::gimbal(a, b, *joint.frames(), [x, y, z])
+        }
+        _ => Joint::between(a, b, *joint.frames()).with_axes(*joint.linear(), [x, y, z]),
+    }
+}
