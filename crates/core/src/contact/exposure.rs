@@ -507,7 +507,7 @@ impl Exposure<'_> {
                 is_there
             });
         };
-        self.partners.each_near(self.numbers, &mut add);
+        self.partners.each_at(self.world, self.numbers, x, &mut add);
     }
 
     /// True if the face of collider `side` with the normal `m` is exposed at `x` or beside it.

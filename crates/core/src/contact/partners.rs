@@ -1,8 +1,17 @@
 //! Colliders near each other: the pairs of the broad phase, by collider.
 
-use super::collider::{Collider, Colliders, PieceOwner};
+use super::collider::{Collider, Colliders, PieceOwner, placed};
 use super::memory::Neighbour;
+use crate::geometry::Piece;
 use crate::world::World;
+use nalgebra::Vector3;
+use std::ops::Range;
+
+/// Radius of the ball about a fixed piece in which its neighbours are listed, over the radius of the
+/// piece, and the part of it in which they are used. Touching points are on the piece to a small
+/// fraction of its size.
+const LISTED: f64 = 1.1;
+const USED: f64 = 1.05;
 
 /// For each piece of a body, the colliders whose boxes overlap its box.
 #[derive(Debug, Clone, Default)]
@@ -13,10 +22,15 @@ pub(super) struct Partners {
     /// First entry of each piece in `list`.
     starts: Vec<u32>,
     list: Vec<usize>,
+    /// For each entry of `list`, the range of `around` with the pieces near both, if they are listed.
+    pairs: Vec<Option<Range<u32>>>,
+    around: Vec<usize>,
     /// Workspace: next free entry of each piece.
     next: Vec<u32>,
     /// False if the pairs may have changed.
     is_known: bool,
+    /// Number of updates of the lists.
+    version: u64,
 }
 
 impl Partners {
@@ -30,6 +44,7 @@ impl Partners {
         if self.is_known {
             return;
         }
+        self.version += 1;
         self.is_known = true;
         self.colliders.copy_from(colliders);
         let Self { first, starts, list, next, .. } = self;
@@ -58,6 +73,69 @@ impl Partners {
             list[next[one] as usize] = other;
             next[one] += 1;
         }
+        self.pairs.clear();
+        self.pairs.resize(self.list.len(), None);
+        self.around.clear();
+    }
+
+    /// Lists the pieces around the fixed piece `b` that are near the piece `a` of a body, for
+    /// [`Partners::each_at`]. The other fixed pieces do not move, so the list holds until the pairs change.
+    pub(super) fn list_around(&mut self, world: &World, [a, b]: [usize; 2]) {
+        let Some(entry) = self.entry([a, b]).filter(|entry| self.pairs[*entry].is_none()) else {
+            return;
+        };
+        let fixed = |number: usize| match self.colliders.at(number) {
+            Collider { owner: PieceOwner::Body(_), .. } => None,
+            collider => Some(placed(world, &[], collider).0),
+        };
+        let Some(piece) = fixed(b) else { return };
+        let first = self.around.len();
+        let is_away = |other: &Piece| {
+            let apart = other.core().centre() - piece.core().centre();
+            let reach = LISTED * (other.bounding_radius() + piece.bounding_radius());
+            apart.norm_squared() > reach * reach
+        };
+        let mut around = std::mem::take(&mut self.around);
+        let near = self.get(a).iter().copied().filter(|other| !fixed(*other).is_some_and(is_away));
+        around.extend(near.chain(self.siblings(a)));
+        self.pairs[entry] = Some(first as u32..around.len() as u32);
+        self.around = around;
+    }
+
+    /// Entry in `list` of the collider `b` near the piece `a` of a body.
+    fn entry(&self, [a, b]: [usize; 2]) -> Option<usize> {
+        let first = *self.starts.get(a)? as usize;
+        self.get(a).binary_search(&b).ok().map(|place| first + place)
+    }
+
+    /// Visits the colliders near both pieces of a pair that may reach the point `x` (m, world), as
+    /// [`Partners::each_near`] does.
+    pub(super) fn each_at(
+        &self,
+        world: &World,
+        numbers: [usize; 2],
+        x: &Vector3<f64>,
+        visit: &mut dyn FnMut(usize, Collider),
+    ) {
+        let is_within = |number: usize| {
+            let piece = placed(world, &[], self.colliders.at(number)).0;
+            let reach = USED * piece.bounding_radius();
+            (x - piece.core().centre()).norm_squared() <= reach * reach
+        };
+        let listed = self.entry(numbers).and_then(|entry| self.pairs[entry].clone());
+        match listed.filter(|_| is_within(numbers[1])) {
+            Some(range) => {
+                for &number in &self.around[range.start as usize..range.end as usize] {
+                    visit(number, self.colliders.at(number));
+                }
+            }
+            None => self.each_near(numbers, visit),
+        }
+    }
+
+    /// Number of updates of the lists: they are the same as long as it is.
+    pub(super) fn version(&self) -> u64 {
+        self.version
     }
 
     /// Colliders near the piece `number`; none for a fixed collider.
@@ -107,7 +185,7 @@ impl Partners {
     }
 
     /// Numbers of the pieces of the body with the piece `number`.
-    fn siblings(&self, number: usize) -> std::ops::Range<usize> {
+    fn siblings(&self, number: usize) -> Range<usize> {
         match self.colliders.at(number).owner {
             PieceOwner::Body(body) => self.first[body]..self.first[body + 1],
             PieceOwner::Fixed(_) => 0..0,

@@ -18,14 +18,14 @@ use super::key_index::{PieceIndex, ends_of};
 use super::memory::{Memory, NOWHERE, Neighbour};
 use super::owner::plane_of;
 use super::partners::Partners;
-use super::placement::{PlacementCheck, PlacementScratch};
+use super::placement::{KnownErrors, PlacementCheck, PlacementScratch};
 use super::shared_edge::shares_a_line_only;
 use super::terrain_seams::{is_triangle, same_contact};
 use super::{Contact, Partner};
 use crate::geometry::{
     ManifoldPoint, PairScratch, PieceSide, Sweep, distance_lower_bound, manifold,
 };
-use crate::mechanics::{Pose, State, Trajectory, largest};
+use crate::mechanics::{Pose, State, Trajectory};
 use crate::world::{KnownSeparations, World};
 use pairs::MOST_PAIRS;
 use places::set_poses;
@@ -97,6 +97,7 @@ pub(super) struct Neighbours {
     /// The pairs, by collider.
     partners: Partners,
     placement: PlacementScratch,
+    known_errors: KnownErrors,
     scratch: PairScratch,
     touches: Vec<ManifoldPoint>,
 }
@@ -164,6 +165,7 @@ impl Neighbours {
             let size = size(pieces.0.0).min(size(pieces.1.0));
             let plane_of = plane_of(world, states, poses, a, b);
             let hint = &mut pair.hint;
+            partners.list_around(world, pair.colliders);
             let of = Exposure { world, partners, colliders: [a, b], numbers: pair.colliders };
             let reach = BAND * size;
             let within = TOUCH * size;
@@ -451,10 +453,10 @@ impl Neighbours {
         if !is_placed && !self.place(world, states, next) {
             return f64::NAN;
         }
-        let Self { memory, colliders, poses, begin, partners, placement, .. } = self;
+        let Self { memory, colliders, poses, begin, partners, placement, known_errors, .. } = self;
         partners.update(world, colliders, &memory.pairs);
         let check = PlacementCheck { world, partners, start: begin, end: poses };
-        loaded.map(|contact| check.error(contact, placement)).fold(0.0, largest)
+        known_errors.largest(&check, loaded, placement)
     }
 
     /// Applies `change` to the state of the search after bodies were added, removed or held.

@@ -103,6 +103,7 @@ impl Neighbours {
     }
 
     fn separate(&mut self, world: &World) {
+        self.partners.forget();
         self.separations.copy(&world.separations());
         if world.groups_exclude_pieces() {
             self.is_apart = true;
