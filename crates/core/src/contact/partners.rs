@@ -1,8 +1,9 @@
 //! Colliders near each other: the pairs of the broad phase, by collider.
 
 use super::collider::{Collider, Colliders, PieceOwner, placed};
+use super::hidden_parts::{HiddenPart, hidden_parts};
 use super::memory::Neighbour;
-use crate::geometry::Piece;
+use crate::geometry::{CorePart, Piece};
 use crate::world::World;
 use nalgebra::Vector3;
 use std::ops::Range;
@@ -13,6 +14,13 @@ use std::ops::Range;
 const LISTED: f64 = 1.1;
 const USED: f64 = 1.05;
 
+/// Ranges of the lists of a pair of a body's piece and a fixed one; `None` if they are not made.
+#[derive(Debug, Clone, Default)]
+struct PairLists {
+    around: Option<Range<u32>>,
+    hidden: Option<Range<u32>>,
+}
+
 /// For each piece of a body, the colliders whose boxes overlap its box.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Partners {
@@ -22,9 +30,14 @@ pub(super) struct Partners {
     /// First entry of each piece in `list`.
     starts: Vec<u32>,
     list: Vec<usize>,
-    /// For each entry of `list`, the range of `around` with the pieces near both, if they are listed.
-    pairs: Vec<Option<Range<u32>>>,
+    /// For each entry of `list`, what is listed for the pair.
+    pairs: Vec<PairLists>,
     around: Vec<usize>,
+    /// Hidden parts that the pieces near a pair hide: a fixed piece, and an index in its list.
+    hidden: Vec<(u32, u32)>,
+    /// Fixed pieces whose hidden parts are known, in ascending order, and the places of their lists.
+    known: Vec<(usize, u32)>,
+    parts: Vec<Box<[HiddenPart]>>,
     /// Workspace: next free entry of each piece.
     next: Vec<u32>,
     /// False if the pairs may have changed.
@@ -37,6 +50,13 @@ impl Partners {
     /// The pairs may have changed.
     pub(super) fn forget(&mut self) {
         self.is_known = false;
+    }
+
+    /// The pieces of the world may have changed.
+    pub(super) fn forget_pieces(&mut self) {
+        self.forget();
+        self.known.clear();
+        self.parts.clear();
     }
 
     /// Updates the lists from the `pairs`, if they may have changed.
@@ -74,16 +94,18 @@ impl Partners {
             next[one] += 1;
         }
         self.pairs.clear();
-        self.pairs.resize(self.list.len(), None);
+        self.pairs.resize(self.list.len(), PairLists::default());
         self.around.clear();
+        self.hidden.clear();
     }
 
     /// Lists the pieces around the fixed piece `b` that are near the piece `a` of a body, for
     /// [`Partners::each_at`]. The other fixed pieces do not move, so the list holds until the pairs change.
     pub(super) fn list_around(&mut self, world: &World, [a, b]: [usize; 2]) {
-        let Some(entry) = self.entry([a, b]).filter(|entry| self.pairs[*entry].is_none()) else {
+        let Some(entry) = self.entry([a, b]) else { return };
+        if self.pairs[entry].around.is_some() {
             return;
-        };
+        }
         let fixed = |number: usize| match self.colliders.at(number) {
             Collider { owner: PieceOwner::Body(_), .. } => None,
             collider => Some(placed(world, &[], collider).0),
@@ -98,8 +120,58 @@ impl Partners {
         let mut around = std::mem::take(&mut self.around);
         let near = self.get(a).iter().copied().filter(|other| !fixed(*other).is_some_and(is_away));
         around.extend(near.chain(self.siblings(a)));
-        self.pairs[entry] = Some(first as u32..around.len() as u32);
+        self.pairs[entry].around = Some(first as u32..around.len() as u32);
         self.around = around;
+    }
+
+    /// Lists the parts of the fixed piece `b` that pieces near the piece `a` of a body hide from it, for
+    /// [`Partners::is_hidden`].
+    pub(super) fn list_hidden(&mut self, world: &World, [a, b]: [usize; 2]) {
+        let Some(entry) = self.entry([a, b]) else { return };
+        let is_fixed = matches!(self.colliders.at(b).owner, PieceOwner::Fixed(_));
+        if !is_fixed || self.pairs[entry].hidden.is_some() {
+            return;
+        }
+        let table = match self.known.binary_search_by_key(&b, |(number, _)| *number) {
+            Ok(place) => self.known[place].1,
+            Err(place) => {
+                let table = self.parts.len() as u32;
+                self.parts.push(hidden_parts(world, &self.colliders, b).into());
+                self.known.insert(place, (b, table));
+                table
+            }
+        };
+        let own = self.colliders.at(b).owner;
+        let may_hide = |number: &usize| {
+            let other = self.colliders.at(*number).owner;
+            let may_touch = match self.colliders.at(a).owner {
+                PieceOwner::Body(body) => world.may_touch(body, other.partner()),
+                PieceOwner::Fixed(_) => false,
+            };
+            (other == own || may_touch) && self.get(a).binary_search(number).is_ok()
+        };
+        let parts = self.parts[table as usize].iter().enumerate();
+        let parts = parts.filter(|(_, part)| part.by.iter().all(may_hide));
+        let parts: Vec<_> = parts.map(|(part, _)| (table, part as u32)).collect();
+        let first = self.hidden.len() as u32;
+        self.hidden.extend(parts);
+        self.pairs[entry].hidden = Some(first..self.hidden.len() as u32);
+    }
+
+    /// True if other fixed pieces hide the `part` of the second, fixed piece of a pair at `point` (m) from a
+    /// contact with the outward `normal`, see [`HiddenPart::hides`]. False if it is not known.
+    pub(super) fn is_hidden(
+        &self,
+        numbers: [usize; 2],
+        part: CorePart,
+        (point, normal): (&Vector3<f64>, &Vector3<f64>),
+        within: f64,
+    ) -> bool {
+        let listed = self.entry(numbers).and_then(|entry| self.pairs[entry].hidden.as_ref());
+        let hidden = listed.map_or(0..0, |range| range.start as usize..range.end as usize);
+        self.hidden[hidden].iter().any(|(table, place)| {
+            self.parts[*table as usize][*place as usize].hides(part, point, normal, within)
+        })
     }
 
     /// Entry in `list` of the collider `b` near the piece `a` of a body.
@@ -122,10 +194,10 @@ impl Partners {
             let reach = USED * piece.bounding_radius();
             (x - piece.core().centre()).norm_squared() <= reach * reach
         };
-        let listed = self.entry(numbers).and_then(|entry| self.pairs[entry].clone());
+        let listed = self.entry(numbers).and_then(|entry| self.pairs[entry].around.as_ref());
         match listed.filter(|_| is_within(numbers[1])) {
-            Some(range) => {
-                for &number in &self.around[range.start as usize..range.end as usize] {
+            Some(around) => {
+                for &number in &self.around[around.start as usize..around.end as usize] {
                     visit(number, self.colliders.at(number));
                 }
             }

@@ -110,9 +110,13 @@ impl KnownErrors {
         index.clear();
         next.0.clear();
         next.1.clear();
+        let fastest = motions.iter().copied().min().unwrap_or(Motion::Rests);
         let mut most = 0.0;
         for contact in loaded {
-            let motion = check.fastest_near(contact, motions);
+            let motion = match fastest {
+                Motion::Rests => fastest,
+                Motion::Moves | Motion::Stops => check.fastest_near(contact, motions),
+            };
             let place = match motion {
                 Motion::Rests => index.place(contacts, &contact.key, next.0.len()),
                 Motion::Moves | Motion::Stops => None,

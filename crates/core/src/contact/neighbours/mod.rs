@@ -166,6 +166,10 @@ impl Neighbours {
             let plane_of = plane_of(world, states, poses, a, b);
             let hint = &mut pair.hint;
             partners.list_around(world, pair.colliders);
+            if pair.gap <= TOUCH * size {
+                // It touched before. Most other pieces near a body are never touched.
+                partners.list_hidden(world, pair.colliders);
+            }
             let of = Exposure { world, partners, colliders: [a, b], numbers: pair.colliders };
             let reach = BAND * size;
             let within = TOUCH * size;

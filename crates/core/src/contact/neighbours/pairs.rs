@@ -73,7 +73,7 @@ impl Neighbours {
 
     /// Recomputes all data that depend on the world alone.
     pub(super) fn list_pieces(&mut self, world: &World) {
-        self.partners.forget();
+        self.partners.forget_pieces();
         self.colliders = Colliders::new(world);
         let list = self.colliders.list();
         // Positions of the bodies are not used.
