@@ -102,7 +102,7 @@ impl Partners {
     /// Lists the pieces around the fixed piece `b` that are near the piece `a` of a body, for
     /// [`Partners::each_at`]. The other fixed pieces do not move, so the list holds until the pairs change.
     pub(super) fn list_around(&mut self, world: &World, [a, b]: [usize; 2]) {
-        let Some(entry) = self.entry([a, b]) else { return };
+        let Some(entry) = self.entry_with_faces(world, [a, b]) else { return };
         if self.pairs[entry].around.is_some() {
             return;
         }
@@ -127,9 +127,8 @@ impl Partners {
     /// Lists the parts of the fixed piece `b` that pieces near the piece `a` of a body hide from it, for
     /// [`Partners::is_hidden`].
     pub(super) fn list_hidden(&mut self, world: &World, [a, b]: [usize; 2]) {
-        let Some(entry) = self.entry([a, b]) else { return };
-        let is_fixed = matches!(self.colliders.at(b).owner, PieceOwner::Fixed(_));
-        if !is_fixed || self.pairs[entry].hidden.is_some() {
+        let Some(entry) = self.entry_with_faces(world, [a, b]) else { return };
+        if self.pairs[entry].hidden.is_some() {
             return;
         }
         let table = match self.known.binary_search_by_key(&b, |(number, _)| *number) {
@@ -172,6 +171,17 @@ impl Partners {
         self.hidden[hidden].iter().any(|(table, place)| {
             self.parts[*table as usize][*place as usize].hides(part, point, normal, within)
         })
+    }
+
+    /// Entry of the fixed piece `b` near the piece `a` of a body, if `a` has faces. A ball or a capsule touches
+    /// one or two points of a piece, and its lists cost more than they save.
+    fn entry_with_faces(&self, world: &World, [a, b]: [usize; 2]) -> Option<usize> {
+        let [own, other] = [a, b].map(|number| self.colliders.at(number));
+        let (PieceOwner::Body(body), PieceOwner::Fixed(_)) = (own.owner, other.owner) else {
+            return None;
+        };
+        let has_faces = !world.bodies()[body].pieces()[own.piece].core().faces().is_empty();
+        has_faces.then(|| self.entry([a, b])).flatten()
     }
 
     /// Entry in `list` of the collider `b` near the piece `a` of a body.
