@@ -131,35 +131,32 @@ impl ReadRuns {
         if !runs.iter().all(fits) {
             return Err(RowsError::End { table: "contacts", why: broken });
         }
-        let mut next = 0;
-        while next < step.contacts && reader.next_is_of(step.index, step.interval)? {
+        let lasting: Vec<_> = runs.iter().map(|run| run.row.index).collect();
+        let free = |from: usize| (from..).find(|index| lasting.binary_search(index).is_err());
+        let mut next = free(0).unwrap_or(0);
+        while next < step.contacts {
+            if !all && !reader.next_is_of(step.index, step.interval)? {
+                break;
+            }
             reader.need_row(CUT_OFF)?;
+            reader.expect(0, step.index)?;
             reader.expect_interval(step.interval, step.length)?;
+            if all {
+                reader.expect(2, next as u64)?;
+            }
             let last = reader.whole(1)?;
             if last < step.index {
                 return Err(reader.invalid(1, "the same step as `k`, or a later one"));
             }
             let row = ContactRow::read(&mut RowCells::from(reader, 2))?;
-            if !(next..step.contacts).contains(&row.index) {
-                return Err(reader.invalid(2, "the index of a later contact of the step"));
+            let is_free = lasting.binary_search(&row.index).is_err();
+            if !((next..step.contacts).contains(&row.index) && is_free) {
+                return Err(reader.invalid(2, "the index of a later contact without a row"));
             }
-            next = row.index + 1;
+            next = free(row.index + 1).unwrap_or(step.contacts);
             runs.push(ContactRun { first: step.index, last, row });
         }
         runs.sort_by_key(|run| run.row.index);
-        let is_twice = runs.windows(2).any(|two| two[0].row.index == two[1].row.index);
-        let missing = (0..step.contacts)
-            .zip(runs.iter().map(|run| Some(run.row.index)).chain(std::iter::repeat(None)))
-            .find(|(expected, found)| Some(*expected) != *found);
-        if is_twice {
-            return Err(RowsError::End { table: "contacts", why: "a contact has two rows" });
-        }
-        if let Some((expected, _)) = missing.filter(|_| all) {
-            reader.need_row(CUT_OFF)?;
-            reader.expect(0, step.index)?;
-            reader.expect_interval(step.interval, step.length)?;
-            reader.expect(2, expected as u64)?;
-        }
         Ok(runs.iter().map(|run| run.row.clone()).collect())
     }
 }

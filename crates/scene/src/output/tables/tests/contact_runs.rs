@@ -113,7 +113,7 @@ fn runs_that_contradict_other_rows_are_refused() {
     }
     assert_eq!(fault(|_| ()), "");
     let longer = fault(|lines| set_last(&mut lines[1], "400"));
-    assert!(longer.contains("two rows"), "{longer}");
+    assert!(longer.contains("contact is 0"), "{longer}");
     let after = fault(|lines| set_last(lines.last_mut().unwrap(), "400"));
     assert!(after.contains("lasts into"), "{after}");
     let before = fault(|lines| set_last(&mut lines[1], "0"));
