@@ -102,10 +102,14 @@ impl KnownErrors {
         }
         motions.clear();
         let ends = check.start.iter().zip(check.end).enumerate();
-        motions.extend(ends.map(|(body, (from, to))| match from == to {
-            false => Motion::Moves,
-            true if end.get(body) == Some(to) => Motion::Rests,
-            true => Motion::Stops,
+        motions.extend(ends.map(|(body, (from, to))| {
+            if from != to {
+                Motion::Moves
+            } else if end.get(body) == Some(to) {
+                Motion::Rests
+            } else {
+                Motion::Stops
+            }
         }));
         index.clear();
         next.0.clear();
