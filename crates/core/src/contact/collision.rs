@@ -83,7 +83,7 @@ pub(super) struct CollisionSearch<'a> {
     pub is_solved: bool,
     /// Contacts of the step, by their pieces.
     pub index: &'a mut PieceIndex,
-    pub partners: &'a Partners,
+    pub partners: &'a mut Partners,
     pub exposure: &'a mut ExposureScratch,
     pub scratch: &'a mut PairScratch,
     pub touches: &'a mut Vec<ManifoldPoint>,
@@ -473,6 +473,7 @@ impl CollisionSearch<'_> {
             reach += signed_distance(pieces.0, pieces.1, pair.hint, self.scratch).distance.max(0.0);
         }
         let plane_of = plane_of(world, self.states, self.start, a, b);
+        self.partners.list_around(world, pair.numbers);
         let of =
             Exposure { world, partners: self.partners, colliders: [a, b], numbers: pair.numbers };
         let moments = [self.start, self.end];

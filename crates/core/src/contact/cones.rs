@@ -98,7 +98,9 @@ pub(super) fn leaves_free<'a>(
         ends.extend(ways.map(|w| libm::atan2(second.dot(&w), first.dot(&w))));
     }
     let after = |from: f64| {
-        let turns = ends.iter().map(|angle| (angle - from).rem_euclid(TAU));
+        // Angles differ by less than a turn.
+        let positive = |turn: f64| if turn < 0.0 { turn + TAU } else { turn };
+        let turns = ends.iter().map(|angle| positive(angle - from));
         turns.filter(|turn| (LEVEL..TAU - LEVEL).contains(turn)).fold(TAU, f64::min)
     };
     if ends.is_empty() {

@@ -48,7 +48,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Distance within which surfaces are one, as a fraction of the smaller piece. A larger step between
 /// two faces is real.
-const FLUSH: f64 = 1e-6;
+pub(super) const FLUSH: f64 = 1e-6;
 /// Distance of the point beside x at which a face is examined, in units of that distance.
 const BESIDE: f64 = 3.0;
 /// Difference of two gaps below which they are equal, as a fraction of the smaller piece.
@@ -196,9 +196,22 @@ impl Exposure<'_> {
         scratch: &mut ExposureScratch,
     ) -> bool {
         let points = self.surface_points(touch, at);
+        if self.is_hidden_for_good(&points[1], at) {
+            return false;
+        }
         moments
             .iter()
             .any(|poses| (0..2).all(|side| self.is_exposed(side, &points[side], poses, scratch)))
+    }
+
+    /// True if fixed pieces hide the point `on` of the second piece, which is fixed too.
+    fn is_hidden_for_good(&self, on: &SurfacePoint, at: &[Pose]) -> bool {
+        let (PieceOwner::Fixed(_), Some(part)) = (self.colliders[1].owner, on.part) else {
+            return false;
+        };
+        let point = on_edge(placed(self.world, at, self.colliders[1]).0, on);
+        let place = (&point, &on.normal);
+        self.partners.is_hidden(self.numbers, part, place, self.flush_within(at))
     }
 
     /// The flat face of one of the pieces along which they overlap least with the bodies at `poses`,
@@ -507,7 +520,7 @@ impl Exposure<'_> {
                 is_there
             });
         };
-        self.partners.each_near(self.numbers, &mut add);
+        self.partners.each_at(self.world, self.numbers, x, &mut add);
     }
 
     /// True if the face of collider `side` with the normal `m` is exposed at `x` or beside it.

@@ -45,6 +45,7 @@ pub mod detection;
 mod exposure;
 mod features;
 mod friction_tensor;
+mod hidden_parts;
 mod key;
 mod key_index;
 pub mod law;

@@ -1,8 +1,25 @@
 //! Colliders near each other: the pairs of the broad phase, by collider.
 
-use super::collider::{Collider, Colliders, PieceOwner};
+use super::collider::{Collider, Colliders, PieceOwner, placed};
+use super::hidden_parts::{HiddenPart, hidden_parts};
 use super::memory::Neighbour;
+use crate::geometry::{CorePart, Piece};
 use crate::world::World;
+use nalgebra::Vector3;
+use std::ops::Range;
+
+/// Radius of the ball about a fixed piece in which its neighbours are listed, over the radius of the
+/// piece, and the part of it in which they are used. Touching points are on the piece to a small
+/// fraction of its size.
+const LISTED: f64 = 1.1;
+const USED: f64 = 1.05;
+
+/// Ranges of the lists of a pair of a body's piece and a fixed one; `None` if they are not made.
+#[derive(Debug, Clone, Default)]
+struct PairLists {
+    around: Option<Range<u32>>,
+    hidden: Option<Range<u32>>,
+}
 
 /// For each piece of a body, the colliders whose boxes overlap its box.
 #[derive(Debug, Clone, Default)]
@@ -13,10 +30,20 @@ pub(super) struct Partners {
     /// First entry of each piece in `list`.
     starts: Vec<u32>,
     list: Vec<usize>,
+    /// For each entry of `list`, what is listed for the pair.
+    pairs: Vec<PairLists>,
+    around: Vec<usize>,
+    /// Hidden parts that the pieces near a pair hide: a fixed piece, and an index in its list.
+    hidden: Vec<(u32, u32)>,
+    /// Fixed pieces whose hidden parts are known, in ascending order, and the places of their lists.
+    known: Vec<(usize, u32)>,
+    parts: Vec<Box<[HiddenPart]>>,
     /// Workspace: next free entry of each piece.
     next: Vec<u32>,
     /// False if the pairs may have changed.
     is_known: bool,
+    /// Number of updates of the lists.
+    version: u64,
 }
 
 impl Partners {
@@ -25,11 +52,19 @@ impl Partners {
         self.is_known = false;
     }
 
+    /// The pieces of the world may have changed.
+    pub(super) fn forget_pieces(&mut self) {
+        self.forget();
+        self.known.clear();
+        self.parts.clear();
+    }
+
     /// Updates the lists from the `pairs`, if they may have changed.
     pub(super) fn update(&mut self, world: &World, colliders: &Colliders, pairs: &[Neighbour]) {
         if self.is_known {
             return;
         }
+        self.version += 1;
         self.is_known = true;
         self.colliders.copy_from(colliders);
         let Self { first, starts, list, next, .. } = self;
@@ -58,6 +93,131 @@ impl Partners {
             list[next[one] as usize] = other;
             next[one] += 1;
         }
+        self.pairs.clear();
+        self.pairs.resize(self.list.len(), PairLists::default());
+        self.around.clear();
+        self.hidden.clear();
+    }
+
+    /// Lists the pieces around the fixed piece `b` that are near the piece `a` of a body, for
+    /// [`Partners::each_at`]. The other fixed pieces do not move, so the list holds until the pairs change.
+    pub(super) fn list_around(&mut self, world: &World, [a, b]: [usize; 2]) {
+        let Some(entry) = self.entry_with_faces(world, [a, b]) else { return };
+        if self.pairs[entry].around.is_some() {
+            return;
+        }
+        let fixed = |number: usize| match self.colliders.at(number) {
+            Collider { owner: PieceOwner::Body(_), .. } => None,
+            collider => Some(placed(world, &[], collider).0),
+        };
+        let Some(piece) = fixed(b) else { return };
+        let first = self.around.len();
+        let is_away = |other: &Piece| {
+            let apart = other.core().centre() - piece.core().centre();
+            let reach = LISTED * (other.bounding_radius() + piece.bounding_radius());
+            apart.norm_squared() > reach * reach
+        };
+        let mut around = std::mem::take(&mut self.around);
+        let near = self.get(a).iter().copied().filter(|other| !fixed(*other).is_some_and(is_away));
+        around.extend(near.chain(self.siblings(a)));
+        self.pairs[entry].around = Some(first as u32..around.len() as u32);
+        self.around = around;
+    }
+
+    /// Lists the parts of the fixed piece `b` that pieces near the piece `a` of a body hide from it, for
+    /// [`Partners::is_hidden`].
+    pub(super) fn list_hidden(&mut self, world: &World, [a, b]: [usize; 2]) {
+        let Some(entry) = self.entry_with_faces(world, [a, b]) else { return };
+        if self.pairs[entry].hidden.is_some() {
+            return;
+        }
+        let table = match self.known.binary_search_by_key(&b, |(number, _)| *number) {
+            Ok(place) => self.known[place].1,
+            Err(place) => {
+                let table = self.parts.len() as u32;
+                self.parts.push(hidden_parts(world, &self.colliders, b).into());
+                self.known.insert(place, (b, table));
+                table
+            }
+        };
+        let own = self.colliders.at(b).owner;
+        let may_hide = |number: &usize| {
+            let other = self.colliders.at(*number).owner;
+            let may_touch = match self.colliders.at(a).owner {
+                PieceOwner::Body(body) => world.may_touch(body, other.partner()),
+                PieceOwner::Fixed(_) => false,
+            };
+            (other == own || may_touch) && self.get(a).binary_search(number).is_ok()
+        };
+        let parts = self.parts[table as usize].iter().enumerate();
+        let parts = parts.filter(|(_, part)| part.by.iter().all(may_hide));
+        let parts: Vec<_> = parts.map(|(part, _)| (table, part as u32)).collect();
+        let first = self.hidden.len() as u32;
+        self.hidden.extend(parts);
+        self.pairs[entry].hidden = Some(first..self.hidden.len() as u32);
+    }
+
+    /// True if other fixed pieces hide the `part` of the second, fixed piece of a pair at `point` (m) from a
+    /// contact with the outward `normal`, see [`HiddenPart::hides`]. False if it is not known.
+    pub(super) fn is_hidden(
+        &self,
+        numbers: [usize; 2],
+        part: CorePart,
+        (point, normal): (&Vector3<f64>, &Vector3<f64>),
+        within: f64,
+    ) -> bool {
+        let listed = self.entry(numbers).and_then(|entry| self.pairs[entry].hidden.as_ref());
+        let hidden = listed.map_or(0..0, |range| range.start as usize..range.end as usize);
+        self.hidden[hidden].iter().any(|(table, place)| {
+            self.parts[*table as usize][*place as usize].hides(part, point, normal, within)
+        })
+    }
+
+    /// Entry of the fixed piece `b` near the piece `a` of a body, if `a` has faces. A ball or a capsule touches
+    /// one or two points of a piece, and its lists cost more than they save.
+    fn entry_with_faces(&self, world: &World, [a, b]: [usize; 2]) -> Option<usize> {
+        let [own, other] = [a, b].map(|number| self.colliders.at(number));
+        let (PieceOwner::Body(body), PieceOwner::Fixed(_)) = (own.owner, other.owner) else {
+            return None;
+        };
+        let has_faces = !world.bodies()[body].pieces()[own.piece].core().faces().is_empty();
+        has_faces.then(|| self.entry([a, b])).flatten()
+    }
+
+    /// Entry in `list` of the collider `b` near the piece `a` of a body.
+    fn entry(&self, [a, b]: [usize; 2]) -> Option<usize> {
+        let first = *self.starts.get(a)? as usize;
+        self.get(a).binary_search(&b).ok().map(|place| first + place)
+    }
+
+    /// Visits the colliders near both pieces of a pair that may reach the point `x` (m, world), as
+    /// [`Partners::each_near`] does.
+    pub(super) fn each_at(
+        &self,
+        world: &World,
+        numbers: [usize; 2],
+        x: &Vector3<f64>,
+        visit: &mut dyn FnMut(usize, Collider),
+    ) {
+        let is_within = |number: usize| {
+            let piece = placed(world, &[], self.colliders.at(number)).0;
+            let reach = USED * piece.bounding_radius();
+            (x - piece.core().centre()).norm_squared() <= reach * reach
+        };
+        let listed = self.entry(numbers).and_then(|entry| self.pairs[entry].around.as_ref());
+        match listed.filter(|_| is_within(numbers[1])) {
+            Some(around) => {
+                for &number in &self.around[around.start as usize..around.end as usize] {
+                    visit(number, self.colliders.at(number));
+                }
+            }
+            None => self.each_near(numbers, visit),
+        }
+    }
+
+    /// Number of updates of the lists: they are the same as long as it is.
+    pub(super) fn version(&self) -> u64 {
+        self.version
     }
 
     /// Colliders near the piece `number`; none for a fixed collider.
@@ -107,7 +267,7 @@ impl Partners {
     }
 
     /// Numbers of the pieces of the body with the piece `number`.
-    fn siblings(&self, number: usize) -> std::ops::Range<usize> {
+    fn siblings(&self, number: usize) -> Range<usize> {
         match self.colliders.at(number).owner {
             PieceOwner::Body(body) => self.first[body]..self.first[body + 1],
             PieceOwner::Fixed(_) => 0..0,

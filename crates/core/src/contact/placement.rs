@@ -26,16 +26,19 @@
 //!
 //! A bouncing contact does not close at the end of the step. It is judged at the start, with δ of
 //! first order in ϑ.
+//!
+//! The error is a function of the contact and of the poses around it. A contact whose surroundings
+//! have not moved since the last step keeps its error ([`KnownErrors`]).
 
 use super::collider::{Collider, PieceOwner, placed, size};
 use super::curved::Core;
 use super::exposure::{Exposure, ExposureScratch};
 use super::partners::Partners;
-use super::{Contact, Curved, Partner};
+use super::{Contact, Curved, KeyIndex, Partner};
 use crate::geometry::{
     Feature, Hint, PairScratch, Piece, closest_segment_parameters, signed_distance,
 };
-use crate::mechanics::Pose;
+use crate::mechanics::{Pose, largest};
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
 
@@ -60,6 +63,93 @@ pub(super) struct PlacementScratch {
     pair: PairScratch,
 }
 
+/// Errors of contacts around which nothing moved in the last step.
+#[derive(Debug, Clone, Default)]
+pub(super) struct KnownErrors {
+    /// Contacts of the last step whose surroundings did not move in it, and their errors (m).
+    contacts: Vec<Contact>,
+    errors: Vec<f64>,
+    index: KeyIndex,
+    /// Those of the current step.
+    next: (Vec<Contact>, Vec<f64>),
+    /// Poses at the end of the last step, and the version of the near pieces in it.
+    end: Vec<Pose>,
+    version: u64,
+    /// Motion of each body.
+    motions: Vec<Motion>,
+}
+
+/// Motion of a body in the current and the last step, the fastest first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Motion {
+    Moves,
+    /// It has the same pose at both ends of the step.
+    Stops,
+    /// It has the same pose as at the end of the last step, too.
+    Rests,
+}
+
+impl KnownErrors {
+    /// Largest error of the `loaded` contacts in the step of `check` (m), as of
+    /// [`PlacementCheck::error`]. `visit` gets those that are [misplaced](PlacementCheck::is_misplaced).
+    pub(super) fn largest<'c>(
+        &mut self,
+        check: &PlacementCheck<'_>,
+        loaded: impl Iterator<Item = &'c Contact>,
+        scratch: &mut PlacementScratch,
+        mut visit: impl FnMut(&Contact, f64),
+    ) -> f64 {
+        let Self { contacts, errors, index, next, end, version, motions } = self;
+        if *version != check.partners.version() {
+            *version = check.partners.version();
+            end.clear();
+        }
+        motions.clear();
+        let ends = check.start.iter().zip(check.end).enumerate();
+        motions.extend(ends.map(|(body, (from, to))| {
+            if from != to {
+                Motion::Moves
+            } else if end.get(body) == Some(to) {
+                Motion::Rests
+            } else {
+                Motion::Stops
+            }
+        }));
+        index.clear();
+        next.0.clear();
+        next.1.clear();
+        let fastest = motions.iter().copied().min().unwrap_or(Motion::Rests);
+        let mut most = 0.0;
+        for contact in loaded {
+            let motion = match fastest {
+                Motion::Rests => fastest,
+                Motion::Moves | Motion::Stops => check.fastest_near(contact, motions),
+            };
+            let place = match motion {
+                Motion::Rests => index.place(contacts, &contact.key, next.0.len()),
+                Motion::Moves | Motion::Stops => None,
+            };
+            let error = match place {
+                Some(place) if contacts[place] == *contact => errors[place],
+                _ => check.error(contact, scratch),
+            };
+            if motion != Motion::Moves {
+                next.0.push(*contact);
+                next.1.push(error);
+            }
+            if error != 0.0 && check.is_misplaced(contact, error) {
+                visit(contact, error);
+            }
+            most = largest(most, error);
+        }
+        std::mem::swap(contacts, &mut next.0);
+        std::mem::swap(errors, &mut next.1);
+        end.clear();
+        end.extend_from_slice(check.end);
+        most
+    }
+}
+
 /// Errors within a step that are due to a contact being fixed to its bodies.
 #[derive(Debug, Clone, Copy)]
 struct Allowance {
@@ -80,9 +170,26 @@ pub(super) struct PlacementCheck<'a> {
 }
 
 impl PlacementCheck<'_> {
+    /// Fastest motion of the bodies of a contact and of all pieces near both of its own.
+    fn fastest_near(&self, contact: &Contact, motions: &[Motion]) -> Motion {
+        let bodies = contact.key.bodies().map(|body| motions[body]);
+        let own = bodies.min().unwrap_or(Motion::Rests);
+        let colliders = self.colliders_of(contact).filter(|_| own != Motion::Moves);
+        let Some(numbers) = colliders.map(|of| of.map(|(number, _)| number)) else {
+            return Motion::Moves;
+        };
+        let mut fastest = own;
+        self.partners.each_near(numbers, &mut |_, collider| {
+            if let PieceOwner::Body(body) = collider.owner {
+                fastest = fastest.min(motions[body]);
+            }
+        });
+        fastest
+    }
+
     /// Error of a loaded contact between two pieces (eq. 18g) (m); 0 if it is where they touch. NaN if
     /// the world does not have its pieces.
-    pub(super) fn error(&self, contact: &Contact, scratch: &mut PlacementScratch) -> f64 {
+    fn error(&self, contact: &Contact, scratch: &mut PlacementScratch) -> f64 {
         let Some(named) = self.colliders_of(contact) else { return f64::NAN };
         let (poses, is_end) =
             if contact.bounces() { (self.start, false) } else { (self.end, true) };
@@ -141,7 +248,7 @@ impl PlacementCheck<'_> {
     }
 
     /// True if a contact with this `error` (18g) (m) is not where its pieces touch. A NaN is an error too.
-    pub(super) fn is_misplaced(&self, contact: &Contact, error: f64) -> bool {
+    fn is_misplaced(&self, contact: &Contact, error: f64) -> bool {
         let Some(colliders) = self.colliders_of(contact) else { return true };
         let sizes = colliders.map(|(_, collider)| size(placed(self.world, self.end, collider).0));
         let is_small = error <= MISPLACED * sizes[0].min(sizes[1]);

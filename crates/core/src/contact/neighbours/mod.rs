@@ -20,14 +20,14 @@ use super::key_index::{PieceIndex, ends_of};
 use super::memory::{Memory, NOWHERE, Neighbour};
 use super::owner::plane_of;
 use super::partners::Partners;
-use super::placement::{PlacementCheck, PlacementScratch};
+use super::placement::{KnownErrors, PlacementCheck, PlacementScratch};
 use super::shared_edge::shares_a_line_only;
 use super::terrain_seams::{is_triangle, same_contact};
 use super::{Contact, Partner};
 use crate::geometry::{
     ManifoldPoint, PairScratch, PieceSide, Sweep, distance_lower_bound, manifold,
 };
-use crate::mechanics::{Pose, State, Trajectory, largest};
+use crate::mechanics::{Pose, State, Trajectory};
 use crate::world::{KnownSeparations, World};
 use pairs::MOST_PAIRS;
 use places::set_poses;
@@ -101,6 +101,7 @@ pub(super) struct Neighbours {
     /// The pairs, by collider.
     partners: Partners,
     placement: PlacementScratch,
+    known_errors: KnownErrors,
     scratch: PairScratch,
     touches: Vec<ManifoldPoint>,
 }
@@ -168,6 +169,11 @@ impl Neighbours {
             let size = size(pieces.0.0).min(size(pieces.1.0));
             let plane_of = plane_of(world, states, poses, a, b);
             let hint = &mut pair.hint;
+            partners.list_around(world, pair.colliders);
+            if pair.gap <= TOUCH * size {
+                // It touched before. Most other pieces near a body are never touched.
+                partners.list_hidden(world, pair.colliders);
+            }
             let of = Exposure { world, partners, colliders: [a, b], numbers: pair.colliders };
             let reach = BAND * size;
             let within = TOUCH * size;
@@ -451,24 +457,17 @@ impl Neighbours {
         states: &[State],
         next: &[State],
         loaded: impl Iterator<Item = &'c Contact>,
-        mut visit: impl FnMut(&Contact, f64),
+        visit: impl FnMut(&Contact, f64),
     ) -> f64 {
         let Memory { end, from, .. } = &*self.memory;
         let is_placed = self.lists(world) && end == next && from == states;
         if !is_placed && !self.place(world, states, next) {
             return f64::NAN;
         }
-        let Self { memory, colliders, poses, begin, partners, placement, .. } = self;
+        let Self { memory, colliders, poses, begin, partners, placement, known_errors, .. } = self;
         partners.update(world, colliders, &memory.pairs);
         let check = PlacementCheck { world, partners, start: begin, end: poses };
-        let errors = loaded.map(|contact| {
-            let error = check.error(contact, placement);
-            if error != 0.0 && check.is_misplaced(contact, error) {
-                visit(contact, error);
-            }
-            error
-        });
-        errors.fold(0.0, largest)
+        known_errors.largest(&check, loaded, placement, visit)
     }
 
     /// Applies `change` to the state of the search after bodies were added, removed or held.

@@ -73,7 +73,7 @@ impl Neighbours {
 
     /// Recomputes all data that depend on the world alone.
     pub(super) fn list_pieces(&mut self, world: &World) {
-        self.partners.forget();
+        self.partners.forget_pieces();
         self.colliders = Colliders::new(world);
         let list = self.colliders.list();
         // Positions of the bodies are not used.
@@ -103,6 +103,7 @@ impl Neighbours {
     }
 
     fn separate(&mut self, world: &World) {
+        self.partners.forget();
         self.separations.copy(&world.separations());
         if world.groups_exclude_pieces() {
             self.is_apart = true;
