@@ -24,7 +24,7 @@ use super::pair::PiecePair;
 use super::portal::{Portal, TIGHT};
 use super::segment::closest_segment_parameters;
 use super::smooth_manifold::PARALLEL;
-use super::smooth_side::{SmoothSide, SupportFeature, TIE};
+use super::smooth_side::{SmoothSide, SupportFeature, TIE, is_flat_end};
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
 /// Distance above which pieces do not touch, relative to the smaller one.
@@ -56,8 +56,29 @@ impl PiecePair<'_> {
     /// Axis of separation (unit, frame of A, from A to B) of a pair with a smooth shape.
     ///
     /// If straight features or faces are farthest along it, the axis is exactly perpendicular to
-    /// them. An axis before (`hint`) saves the search if the features are still the same.
+    /// them. Overlapping pieces are at least as far apart along it as across each flat face.
     pub(super) fn smooth_axis(&self, hint: &Hint) -> Vector3<f64> {
+        let axis = self.nearby_axis(hint);
+        let mut best = (axis, self.gap_along(&axis) + SETTLED * self.size());
+        if best.1 >= self.radii() {
+            return axis;
+        }
+        for side in self.sides() {
+            let sign = if side.side == PieceSide::A { 1.0 } else { -1.0 };
+            for face in side.hull.faces() {
+                let normal = side.rotation * face.normal * sign;
+                let gap = self.gap_along(&normal);
+                if gap > best.1 && is_flat_end(side.smooth, &face.normal) {
+                    best = (normal, gap);
+                }
+            }
+        }
+        best.0
+    }
+
+    /// An axis along which the gap is largest nearby. The axis before (`hint`) saves the search if the
+    /// features are still the same.
+    fn nearby_axis(&self, hint: &Hint) -> Vector3<f64> {
         let sides = self.sides();
         // Overlapping pieces have several axes along which the gap is largest nearby.
         let better = |than: Vector3<f64>, tie: f64| {

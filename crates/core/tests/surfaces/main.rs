@@ -12,4 +12,5 @@ mod shapes;
 mod sinking;
 mod sizes;
 mod sliding;
+mod slots;
 mod tumbling;
