@@ -21,7 +21,7 @@
 
 use super::collider::{Collider, Colliders, PieceExtent, PieceOwner, placed, size};
 use super::contact_filter::{is_held, is_near_held, pieces};
-use super::exposure::{ContactSearch, Exposure, ExposureScratch, gap_across_faces};
+use super::exposure::{ContactSearch, Exposure, ExposureScratch};
 use super::key_index::PieceIndex;
 use super::memory::Neighbour;
 use super::owner::plane_of;
@@ -326,6 +326,11 @@ impl CollisionSearch<'_> {
             return;
         }
         if !self.admit(pair.colliders, SamplePose::Intermediate, collision.under, contacts) {
+            // The rim of a flat end that is above a plate has no point there until a corner is.
+            let is_shallow = *pair.gap >= collision.under - collision.fine;
+            if self.touches.is_empty() && collision.share >= 1.0 && is_shallow {
+                return;
+            }
             self.touches(pair, SamplePose::StartFar);
             self.admit(pair.colliders, SamplePose::StartFar, f64::NEG_INFINITY, contacts);
         }
@@ -363,8 +368,6 @@ impl CollisionSearch<'_> {
         contacts: &mut Vec<Contact>,
     ) {
         let [a, b] = pair.colliders;
-        let ends = [a, b].map(|collider| placed(self.world, self.end, collider));
-        let gap = pair.gap.max(gap_across_faces(ends));
         // The depth of a known contact is an error of the solution. It does not show that one is missing.
         let bodies = [a, b].map(|collider| collider.owner.partner().body());
         let is_of_pair =
@@ -375,7 +378,7 @@ impl CollisionSearch<'_> {
             contact.gap_at(&self.end[contact.key.body], other)
         };
         let least = known.map(gap_at_end).fold(collision.under, f64::min);
-        if gap >= least - collision.fine {
+        if *pair.gap >= least - collision.fine {
             return;
         }
         self.with_hidden = true;

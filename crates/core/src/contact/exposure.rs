@@ -561,21 +561,6 @@ impl Exposure<'_> {
     }
 }
 
-/// Largest separation of two pieces along a flat face of one of them (m); −∞ without flat faces. The axis
-/// of a smooth piece that overlaps another one is not always that of the smallest depth.
-pub(super) fn gap_across_faces([a, b]: [(&Piece, &Pose); 2]) -> f64 {
-    let mut gap = f64::NEG_INFINITY;
-    for ((piece, pose), (other, other_pose)) in [(a, b), (b, a)] {
-        for plane in flat_faces(piece).map(|face| piece.core().faces()[face]) {
-            let outward = pose.rotation * plane.normal;
-            let lowest = other.farthest(&-other_pose.rotation.tr_mul(&outward));
-            let lowest = other_pose.position + other_pose.rotation * lowest - pose.position;
-            gap = gap.max(outward.dot(&lowest) - plane.offset - piece.radius());
-        }
-    }
-    gap
-}
-
 /// Keeps the contact points whose normals are nearly those of the deepest one. Of several planes at
 /// equal depth (to `same`, m) the one with most points is kept.
 ///

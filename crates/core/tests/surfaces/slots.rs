@@ -5,7 +5,7 @@ use crate::floors::block;
 use crate::shapes::{Body, Random, standing};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use std::f64::consts::TAU;
-use tumble_core::contact::Plane;
+use tumble_core::contact::{Partner, Plane};
 use tumble_core::geometry::Piece;
 use tumble_core::mechanics::{RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
@@ -100,6 +100,8 @@ struct Slide {
     time_step: f64,
     friction: f64,
     integrator: Integrator,
+    /// Velocity of both surfaces along x, as of conveyor belts (m/s).
+    belt: f64,
 }
 
 impl Slide {
@@ -124,7 +126,13 @@ impl Slide {
         ];
         let plane = self.world(&body.body, Some(Plane::level()));
         let slot = self.world(&body.body, None).with_fixed(plates).unwrap();
-        let [mut expected, mut found] = [plane, slot].map(|world| {
+        let belts = [vec![Partner::Ground], vec![Partner::Fixed(0), Partner::Fixed(1)]];
+        let [mut expected, mut found] = [0, 1].map(|at| {
+            let moving = |world: World, belt: &Partner| {
+                world.with_surface(*belt, Vector3::x() * self.belt).unwrap()
+            };
+            let world = [&plane, &slot][at].clone();
+            let world = belts[at].iter().fold(world, moving);
             let motion = Motion::native(&world);
             Simulation::new(world, [*start], motion).unwrap()
         });
@@ -160,6 +168,7 @@ fn differences(name: &str, runs: usize) -> Vec<String> {
             time_step: STEPS[pick(STEPS.len())],
             friction: [0.0, 0.3][pick(2)],
             integrator: [Integrator::Euler, Integrator::Leapfrog][pick(2)],
+            belt: 0.0,
         };
         let way = random.between(-0.7, 0.7);
         let velocity = [slide.speed * way.cos(), slide.speed * way.sin(), 0.0];
@@ -192,7 +201,8 @@ fn puck_and_stool_do_not_trip_over_a_slot() {
         for time_step in STEPS {
             for case in 0..4 {
                 let integrator = Integrator::Leapfrog;
-                let slide = Slide { width: 5e-3, speed, time_step, friction, integrator };
+                let slide =
+                    Slide { width: 5e-3, speed, time_step, friction, integrator, belt: 0.0 };
                 let from = -0.35 - 1.3e-4 * f64::from(case);
                 let start = body.at([from, 0.0], 0.0, [speed, 0.0, 0.0]);
                 let differs = slide.differs(&body, &start);
@@ -201,4 +211,62 @@ fn puck_and_stool_do_not_trip_over_a_slot() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// A can that is put on a belt with half of its speed is carried over the gap to the next belt.
+#[test]
+fn cans_ride_from_belt_to_belt() {
+    let (radius, half) = (0.033, 0.06);
+    let can = Piece::cylinder(half, radius, 24).unwrap();
+    let (body, _) = RigidBody::solid(0.35, &[can]).unwrap();
+    let can = Body { body, upright: UnitQuaternion::identity(), height: half };
+    let mut wrong = Vec::new();
+    for width in [0.0, 1e-4, 2e-3, 5e-3, 1e-2, 2e-2] {
+        for (time_step, belt) in [(1e-3, 0.5), (2e-3, 0.7)] {
+            let (speed, friction, integrator) = (belt, 0.15, Integrator::Leapfrog);
+            let slide = Slide { width, speed, time_step, friction, integrator, belt };
+            let start = can.at([-0.1, 0.0], 0.0, [0.5 * belt, 0.0, 0.0]);
+            let differs = slide.differs(&can, &start);
+            wrong.extend(differs.map(|differs| format!("{slide:?}: {differs}")));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// A body that meets an edge in front of its centre of mass at the height 0 turns about it. With the
+/// centre of mass at the height z, a behind the edge, and the radius of gyration k, it keeps of its speed
+///
+/// ```text
+/// z²/(k² + z² + a²) < ½
+/// ```
+#[test]
+fn bodies_stop_at_steps_up_beyond_a_slot() {
+    let mut wrong = Vec::new();
+    // A rounded edge slides up a lower step.
+    for name in BODIES.into_iter().filter(|name| *name != "rounded box") {
+        for (case, height) in [2e-5, 1e-4, 1e-3, 1e-2].into_iter().enumerate() {
+            let width = [0.0, 5e-3][case % 2];
+            let (speed, time_step, friction) = (1.0, STEPS[1 + case / 2], 0.0);
+            let integrator = Integrator::Leapfrog;
+            let slide = Slide { width, speed, time_step, friction, integrator, belt: 0.0 };
+            let body = flat(name, &mut Random::new(case as u64));
+            let plates = vec![
+                block([-6.0, -6.0, -0.2], [0.0, 6.0, 0.0]),
+                block([width, -6.0, -0.2], [6.0, 6.0, height]),
+            ];
+            let world = slide.world(&body.body, None).with_fixed(plates).unwrap();
+            let start = body.at([-0.3501, 0.0], 0.0, [speed, 0.0, 0.0]);
+            let motion = Motion::native(&world);
+            let mut simulation = Simulation::new(world, [start], motion).unwrap();
+            let mut record = StepRecord::new();
+            let stops = (0..(0.5 / time_step) as usize).any(|_| {
+                simulation.step(&mut record).unwrap();
+                simulation.state().velocity.x < 0.5 * speed
+            });
+            if !stops {
+                wrong.push(format!("{name}, {height} m: {:?}", simulation.state()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{} runs: {wrong:#?}", wrong.len());
 }

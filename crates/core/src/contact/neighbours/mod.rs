@@ -19,7 +19,7 @@ use super::memory::{Memory, NOWHERE, Neighbour};
 use super::owner::plane_of;
 use super::partners::Partners;
 use super::placement::{PlacementCheck, PlacementScratch};
-use super::shared_edge::shares_a_line_only;
+use super::shared_edge::{meet_at_a_corner, shares_a_line_only};
 use super::terrain_seams::{is_triangle, same_contact};
 use super::{Contact, Partner};
 use crate::geometry::{
@@ -187,6 +187,7 @@ impl Neighbours {
                 }
             } else if pair.gap <= TOUCH * size
                 && !shares_a_line_only(pieces.0, pieces.1, touches, size)
+                && !meet_at_a_corner(pieces.0, pieces.1, touches, within)
             {
                 moved.extend(touches.iter().filter_map(|touch| between.contact(touch, 0)));
             }
