@@ -7,6 +7,8 @@
 mod campaign;
 mod controls;
 mod floors;
+mod flush;
+mod noise;
 mod planted;
 mod shapes;
 mod sinking;
