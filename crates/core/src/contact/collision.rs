@@ -11,6 +11,8 @@
 //!   added at once, because its force may prevent the others.
 //! - If the contacts of a pair hold but another feature ends too deep, the features are used where
 //!   that overlap begins.
+//! - A predicted motion sinks into the known contacts. An overlap that is no deeper than that, along another
+//!   direction, is left to the solution: a puck that sinks over a slot does not hit the side of the slot.
 //! - If none of them is left and the solution makes the pair deeper, hidden features are used.
 //!
 //! A contact is rejected if its gap at the start is below the overlap of the pieces there. If this
@@ -81,6 +83,9 @@ pub(super) struct CollisionSearch<'a> {
     pub between: &'a mut [Pose],
     /// True if the end is a solution with the given contacts or near one, false if it is free flight.
     pub is_solved: bool,
+    /// How deep each body sinks into its known contacts until the end. Empty unless the end is
+    /// [foreseen](Reached::Foreseen).
+    pub sunk: &'a [Sunk],
     /// Contacts of the step, by their pieces.
     pub index: &'a mut PieceIndex,
     pub partners: &'a mut Partners,
@@ -106,6 +111,15 @@ pub(super) enum Reached {
     Foreseen,
     /// The solution with the known contacts.
     Solved,
+}
+
+/// How deep a body is in its contacts.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Sunk {
+    /// Overlap with the deepest contact (m).
+    pub depth: f64,
+    /// Normal of this contact (unit, world).
+    pub normal: Vector3<f64>,
 }
 
 /// Place on the trajectory at which a pair is examined.
@@ -256,8 +270,17 @@ impl CollisionSearch<'_> {
             under = gap.min(0.0);
             begins_near = gap <= near;
             let before = contacts.len();
+            let now = pair.hint.axis_from(was.1.1);
             if begins_near {
-                self.admit(pair.colliders, SamplePose::Start, f64::NEG_INFINITY, contacts);
+                if self.may_be_prevented(pair, fine, now) {
+                    return None;
+                }
+                // A piece that slides to an edge level with it is beside the edge now, and ends above it.
+                let ends_above = is_deep && *pair.gap >= -fine && !is_same(axis, now);
+                if !(ends_above && self.admits_at_end(pair, under, contacts)) {
+                    self.touches(pair, SamplePose::Start);
+                    self.admit(pair.colliders, SamplePose::Start, f64::NEG_INFINITY, contacts);
+                }
             }
             if contacts.len() > before {
                 return None;
@@ -288,7 +311,13 @@ impl CollisionSearch<'_> {
         self.place(pair.colliders, collision.share);
         self.touches(pair, SamplePose::Intermediate);
         let is_hidden_there = self.is_hidden;
-        if self.is_same_direction(collision, pair) {
+        let now = pair.hint.axis_from(placed(self.world, self.between, pair.colliders[1]).1);
+        if self.may_be_prevented(pair, collision.fine, collision.axis)
+            || self.may_be_prevented(pair, collision.fine, now)
+        {
+            return;
+        }
+        if is_same(collision.axis, now) {
             // Same direction as at the collision: all corners that come down are known at the end.
             self.touches(pair, SamplePose::End);
             self.admit(pair.colliders, SamplePose::End, collision.under, contacts);
@@ -300,6 +329,11 @@ impl CollisionSearch<'_> {
             return;
         }
         if !self.admit(pair.colliders, SamplePose::Intermediate, collision.under, contacts) {
+            // The rim of a flat end that is above a plate has no point there until a corner is.
+            let is_shallow = *pair.gap >= collision.under - collision.fine;
+            if self.touches.is_empty() && collision.share >= 1.0 && is_shallow {
+                return;
+            }
             self.touches(pair, SamplePose::StartFar);
             self.admit(pair.colliders, SamplePose::StartFar, f64::NEG_INFINITY, contacts);
         }
@@ -486,10 +520,38 @@ impl CollisionSearch<'_> {
         gap
     }
 
-    /// True if a pair has the same direction at its collision as at its end.
-    fn is_same_direction(&self, collision: &Collision, pair: &PairState<'_>) -> bool {
-        let (_, pose) = placed(self.world, self.between, pair.colliders[1]);
-        let axes = (collision.axis, pair.hint.axis_from(pose));
-        matches!(axes, (Some(end), Some(now)) if end.dot(&now) >= SAME_DIRECTION)
+    /// Adds the contacts of a pair at the end of the step. Returns false if none of them fits its start.
+    fn admits_at_end(
+        &mut self,
+        pair: &mut PairState<'_>,
+        under: f64,
+        contacts: &mut Vec<Contact>,
+    ) -> bool {
+        self.touches(pair, SamplePose::End);
+        self.admit(pair.colliders, SamplePose::End, under, contacts)
     }
+
+    /// True if the forces at the known contacts may prevent that a pair collides along `axis` (unit,
+    /// world): a body of the pair sinks into a contact of another direction at least as deep as the pair
+    /// overlaps at the end, to `fine` (m).
+    fn may_be_prevented(
+        &self,
+        pair: &PairState<'_>,
+        fine: f64,
+        axis: Option<Vector3<f64>>,
+    ) -> bool {
+        let Some(axis) = axis else { return false };
+        pair.colliders.iter().filter_map(|collider| collider.owner.partner().body()).any(|body| {
+            self.sunk.get(body).is_some_and(|sunk| {
+                sunk.depth > 0.0
+                    && sunk.depth + fine >= -*pair.gap
+                    && axis.dot(&sunk.normal).abs() < SAME_DIRECTION
+            })
+        })
+    }
+}
+
+/// True if two directions (unit, world) are known and the same.
+fn is_same(one: Option<Vector3<f64>>, other: Option<Vector3<f64>>) -> bool {
+    matches!((one, other), (Some(one), Some(other)) if one.dot(&other) >= SAME_DIRECTION)
 }

@@ -23,8 +23,9 @@
 //!
 //! It is an end if L leaves more than half of the circle about n free (half for an edge). The inside
 //! of a plane or of a straight ridge has no contact of its own, so a body slides over the seams of a
-//! floor as over one face. L has the pieces that cannot move against each other: those of one body, or
-//! fixed and held ones. A brick beside another one is supported on its own.
+//! floor as over one face. L has the pieces that cannot move against each other: those of one body, of
+//! bodies that joints fix to each other, or all fixed, held and driven ones. A brick beside another one is
+//! supported on its own.
 //!
 //! A facet of a terrain has two sides. It is touched on the side of the other piece's centre, unless
 //! another facet at the point has them on one side.
@@ -35,11 +36,12 @@
 
 use super::collider::{Collider, PieceOwner, placed, size};
 use super::cones::{LEVEL, LocalSurface, is_in_cone, is_on_its_side, leaves_free, rise};
+use super::contact_builder::ellipsoid;
 use super::partners::Partners;
 use crate::contact::Partner;
 use crate::geometry::{
-    CorePart, Feature, Hint, ManifoldPoint, PairScratch, Piece, PieceSide, closest_on_segment,
-    flat_faces, manifold, manifold_across,
+    CorePart, Feature, Hint, ManifoldPoint, PairScratch, Piece, PieceSide, PlacedPiece,
+    closest_on_segment, flat_faces, manifold, manifold_across,
 };
 use crate::mechanics::Pose;
 use crate::world::World;
@@ -53,6 +55,8 @@ pub(super) const FLUSH: f64 = 1e-6;
 const BESIDE: f64 = 3.0;
 /// Difference of two gaps below which they are equal, as a fraction of the smaller piece.
 const SAME_GAP: f64 = 1e-7;
+/// Sine of the largest tilt of a disc that lies nearly flat.
+const NEARLY_FLAT: f64 = 0.01;
 /// Cosine above which two contact points of a pair have one plane: an angle of 0.03 rad, up to which
 /// faces are across the axis of a manifold.
 const ONE_PLANE: f64 = 0.999_55;
@@ -138,6 +142,7 @@ impl Exposure<'_> {
         if out.is_empty() || gap > within {
             return (gap, false);
         }
+        self.stand_on_corners([a, b], out);
         let same = SAME_GAP * size(a.0).min(size(b.0));
         let points = out.iter().map(|touch| self.surface_points(touch, at).map(|on| on.point));
         if with_hidden || !self.may_be_hidden(at, points) {
@@ -158,6 +163,29 @@ impl Exposure<'_> {
         }
         keep_one_plane(out, a.1, b.1, same);
         (gap, out.is_empty())
+    }
+
+    /// Removes the nearest points of discs that lie nearly flat, if the pair has other points.
+    ///
+    /// Within a step h a body may fall by g h². If the rim of a disc is no higher than that on one side,
+    /// the step decides where it is lowest. Such a disc stands on the corners of its core, like one that
+    /// lies flat. They are as low as the rim to a hundredth of this height.
+    fn stand_on_corners(&self, [a, b]: [PlacedPiece<'_>; 2], out: &mut Vec<ManifoldPoint>) {
+        let is_corner = |touch: &ManifoldPoint| !matches!(touch.feature, Feature::Ellipsoid(..));
+        if !out.iter().any(is_corner) {
+            return;
+        }
+        let h = self.world.time_step();
+        let fall = self.world.gravity().norm() * h * h;
+        out.retain(|touch| {
+            let ((piece, pose), other) = match touch.point_of {
+                PieceSide::A => (a, b.1),
+                PieceSide::B => (b, a.1),
+            };
+            let Some(one) = ellipsoid(piece, touch.feature) else { return true };
+            let normal = pose.rotation.tr_mul(&(other.rotation * touch.normal));
+            one.half_width(&normal) > fall.min(NEARLY_FLAT * one.longest())
+        });
     }
 
     /// True if another collider or the ground may hide a contact of the pair, with the bodies at
@@ -483,17 +511,17 @@ impl Exposure<'_> {
         x: &Vector3<f64>,
         mut visit: impl FnMut(bool, &dyn Fn(&Vector3<f64>, f64, &mut Vec<Vector3<f64>>) -> bool),
     ) {
-        let own = self.colliders[side].owner;
         let toucher = self.colliders[1 - side].owner;
-        let is_free = |owner: PieceOwner| match owner {
-            PieceOwner::Body(body) => !self.world.is_held(body),
-            PieceOwner::Fixed(_) => false,
+        let group = |owner: PieceOwner| match owner {
+            PieceOwner::Body(body) => self.world.rigid_group(body),
+            PieceOwner::Fixed(_) => 0,
         };
+        let own = group(self.colliders[side].owner);
         if let (PieceOwner::Body(body), Some(ground)) = (toucher, self.world.ground())
             && self.world.may_touch(body, Partner::Ground)
         {
             let (normal, offset) = (*ground.normal(), ground.offset());
-            visit(!is_free(own), &|point, within, normals| {
+            visit(own == 0, &|point, within, normals| {
                 let height = normal.dot(point) - offset;
                 normals.clear();
                 if height >= -within {
@@ -512,8 +540,7 @@ impl Exposure<'_> {
             if (x - centre).norm_squared() > reach * reach {
                 return;
             }
-            let is_rigid = other.owner == own || !is_free(own) && !is_free(other.owner);
-            visit(is_rigid, &|point, within, normals| {
+            visit(group(other.owner) == own, &|point, within, normals| {
                 let local = pose.rotation.tr_mul(&(point - pose.position));
                 let is_there = piece.surface_at(&local, within, normals);
                 normals.iter_mut().for_each(|m| *m = pose.rotation * *m);

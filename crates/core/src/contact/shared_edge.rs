@@ -1,10 +1,14 @@
-//! Coplanar faces that meet in a line only, like the tiles of a floor.
+//! Pieces that meet in a line only: coplanar faces like those of the tiles of a floor, and corners.
 
-use crate::geometry::{ManifoldPoint, PieceSide, PlacedPiece};
+use crate::geometry::{ManifoldPoint, PieceSide, PlacedPiece, flat_faces};
 use nalgebra::Vector3;
 
 /// Cosine above which face normals are parallel.
 const PARALLEL: f64 = 0.999_55;
+/// Cosine below which a face is no other view of the contact's plane.
+const ACROSS: f64 = 0.9;
+/// Most contact points of two pieces that may meet at a corner only.
+const MOST_POINTS: usize = 2;
 
 /// True if two faces lie in one plane and overlap in a line or a point only, to rounding. Boxes on
 /// a tiled floor do so where one tile meets the next. Such faces do not support each other.
@@ -41,4 +45,29 @@ pub(super) fn shares_a_line_only(
     let Some(along) = farthest.and_then(|along| along.try_normalize(0.0)) else { return true };
     let width = points().map(|point| (point - from).cross(&along).norm()).fold(0.0, f64::max);
     width <= 1e-7 * size
+}
+
+/// True if two pieces that touch are not deeper than `within` (m) across another face. A body that slides
+/// to the edge of a plate which is level with it is beside the plate and above it. The step decides which.
+pub(super) fn meet_at_a_corner(
+    a: PlacedPiece<'_>,
+    b: PlacedPiece<'_>,
+    touches: &[ManifoldPoint],
+    within: f64,
+) -> bool {
+    let Some(first) = touches.first().filter(|_| touches.len() <= MOST_POINTS) else {
+        return false;
+    };
+    let owner = if first.point_of == PieceSide::A { b } else { a };
+    let normal = owner.1.rotation * first.normal;
+    let is_beside = |(piece, pose): PlacedPiece<'_>, (other, of_other): PlacedPiece<'_>| {
+        flat_faces(piece).map(|face| piece.core().faces()[face]).any(|face| {
+            let outward = pose.rotation * face.normal;
+            let lowest = other.farthest(&-of_other.rotation.tr_mul(&outward));
+            let lowest = of_other.position + of_other.rotation * lowest - pose.position;
+            outward.dot(&normal).abs() < ACROSS
+                && outward.dot(&lowest) - face.offset - piece.radius() >= -within
+        })
+    };
+    is_beside(a, b) || is_beside(b, a)
 }

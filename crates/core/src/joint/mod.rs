@@ -343,8 +343,12 @@ impl Joint {
     /// True if it locks a body to the world in all six axes, so that the motion of its world frame
     /// can be prescribed.
     pub fn holds_in_world(&self) -> bool {
-        let locked = |axes: &[Axis; 3]| axes.iter().all(|axis| *axis == Axis::Locked);
-        self.other.is_none() && locked(&self.linear) && locked(&self.angular)
+        self.other.is_none() && self.locks_all()
+    }
+
+    /// True if all six axes are locked.
+    pub(crate) fn locks_all(&self) -> bool {
+        self.linear.iter().chain(&self.angular).all(|axis| *axis == Axis::Locked)
     }
 
     /// Mutable frames, for constants of the world.

@@ -38,6 +38,7 @@ use crate::geometry::Piece;
 use crate::joint::{Gear, HeldBack, Joint, JointForce, angles_near};
 use crate::mechanics::dynamics;
 use crate::mechanics::{Pose, RigidBody, Rotation, State, Wrench};
+use crate::sets::DisjointSets;
 use nalgebra::Vector3;
 use std::borrow::Cow;
 
@@ -162,6 +163,9 @@ pub struct World {
     fixed: Vec<Fixed>,
     terrains: Vec<FixedTerrain>,
     joints: Vec<Joint>,
+    /// For each body, the number of the bodies that joints fix to each other, and 0 for those fixed in the
+    /// world. Bodies beyond the list are free.
+    rigid: Vec<usize>,
     gears: Vec<Gear>,
     /// Pairs without contacts, excluded by a joint or by the user, sorted.
     apart: Vec<(usize, Partner)>,
@@ -247,6 +251,7 @@ impl World {
             fixed: Vec::new(),
             terrains: Vec::new(),
             joints: Vec::new(),
+            rigid: Vec::new(),
             gears: Vec::new(),
             apart: Vec::new(),
             kept_apart: Vec::new(),
@@ -316,9 +321,32 @@ impl World {
         self.apart = tied.chain(self.kept_apart.iter().copied()).collect();
         self.apart.sort_unstable();
         self.apart.dedup();
+        self.rigid = self.rigid_groups(&joints);
         self.joints = joints;
         self.set_middles();
         self
+    }
+
+    /// Numbers of the bodies that `joints` fix to each other or, number 0, in the world. Empty if there
+    /// are none.
+    fn rigid_groups(&self, joints: &[Joint]) -> Vec<usize> {
+        let locking = || joints.iter().filter(|joint| joint.locks_all());
+        let bodies = if locking().next().is_some() { self.bodies().len() } else { 0 };
+        let mut sets = DisjointSets::new(bodies + 1);
+        for joint in locking() {
+            sets.join(joint.body() + 1, joint.other().map_or(0, |other| other + 1));
+        }
+        (0..bodies).map(|body| sets.first(body + 1)).collect()
+    }
+
+    /// Number that the bodies which cannot move against `body` share: by joints that lock all axes. It is
+    /// 0 if it cannot move against the world but by a prescribed motion.
+    pub(crate) fn rigid_group(&self, body: usize) -> usize {
+        match self.rigid.get(body) {
+            _ if self.is_held(body) => 0,
+            Some(&group) => group,
+            None => body + 1,
+        }
     }
 
     /// Joints.

@@ -7,9 +7,12 @@
 mod campaign;
 mod controls;
 mod floors;
+mod flush;
+mod noise;
 mod planted;
 mod shapes;
 mod sinking;
 mod sizes;
 mod sliding;
+mod slots;
 mod tumbling;

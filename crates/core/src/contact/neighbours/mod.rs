@@ -13,7 +13,7 @@ pub(super) mod replaced;
 mod sinking;
 
 use super::collider::{Colliders, PieceExtent, PieceOwner, placed, size};
-use super::collision::{BAND, Collision, CollisionSearch, Reached};
+use super::collision::{BAND, Collision, CollisionSearch, Reached, Sunk};
 use super::contact_builder::ContactBuilder;
 use super::exposure::{ContactSearch, Exposure};
 use super::key_index::{PieceIndex, ends_of};
@@ -21,7 +21,7 @@ use super::memory::{Memory, NOWHERE, Neighbour};
 use super::owner::plane_of;
 use super::partners::Partners;
 use super::placement::{KnownErrors, PlacementCheck, PlacementScratch};
-use super::shared_edge::shares_a_line_only;
+use super::shared_edge::{meet_at_a_corner, shares_a_line_only};
 use super::terrain_seams::{is_triangle, same_contact};
 use super::{Contact, Partner};
 use crate::geometry::{
@@ -88,6 +88,8 @@ pub(super) struct Neighbours {
     collisions: Vec<Collision>,
     /// First collision of each body, as a fraction of the trajectory.
     met: Vec<f64>,
+    /// How deep each body sinks into its known contacts.
+    sunk: Vec<Sunk>,
     /// First pair whose collision the step passes or misses.
     missed: Option<[Partner; 2]>,
     pub(super) replaced: Replaced,
@@ -195,6 +197,7 @@ impl Neighbours {
                 }
             } else if pair.gap <= TOUCH * size
                 && !shares_a_line_only(pieces.0, pieces.1, touches, size)
+                && !meet_at_a_corner(pieces.0, pieces.1, touches, within)
             {
                 moved.extend(touches.iter().filter_map(|touch| between.contact(touch, 0)));
             }
@@ -286,10 +289,17 @@ impl Neighbours {
             return;
         }
         let known = contacts.len();
-        let Self { memory, colliders, poses, begin, between, collisions, met, partners, .. } = self;
+        let Self { memory, colliders, poses, begin, between, collisions, met, sunk, .. } = self;
         let pairs = &mut memory.pairs;
-        partners.update(world, colliders, pairs);
+        self.partners.update(world, colliders, pairs);
         between.clone_from(begin);
+        met.clear();
+        met.resize(states.len(), f64::INFINITY);
+        sunk.clear();
+        if reached == Reached::Foreseen {
+            sunk.resize(states.len(), Sunk::default());
+            sink(contacts, poses, met, sunk);
+        }
         self.index.clear();
         self.index.reserve(contacts.capacity());
         let mut look = CollisionSearch {
@@ -302,8 +312,9 @@ impl Neighbours {
             depth,
             between,
             is_solved: reached != Reached::Free,
+            sunk,
             index: &mut self.index,
-            partners,
+            partners: &mut self.partners,
             exposure: &mut self.placement.exposure,
             scratch: &mut self.scratch,
             touches: &mut self.touches,
@@ -313,8 +324,6 @@ impl Neighbours {
             missed: None,
         };
         collisions.clear();
-        met.clear();
-        met.resize(states.len(), f64::INFINITY);
         let is_from_start = colliders.has_terrains() && *look.start == memory.start[..];
         for (index, pair) in pairs.iter_mut().enumerate() {
             if is_from_start && look.is_out_of_reach(pair, colliders) {
@@ -522,6 +531,23 @@ fn displacement(owner: PieceOwner, arm: f64, from: &[Pose], to: &[Pose]) -> f64 
     let PieceOwner::Body(index) = owner else { return 0.0 };
     let (Some(from), Some(to)) = (from.get(index), to.get(index)) else { return f64::INFINITY };
     (to.position - from.position).norm() + arm * (to.rotation - from.rotation).norm()
+}
+
+/// Records how deep the bodies at `poses` are in their contacts. The forces there may prevent other
+/// collisions, so each of these bodies has met something at the start.
+fn sink(contacts: &[Contact], poses: &[Pose], met: &mut [f64], sunk: &mut [Sunk]) {
+    for contact in contacts {
+        let other = contact.key.partner.body().map(|body| &poses[body]);
+        let depth = -contact.gap_at(&poses[contact.key.body], other);
+        let normal = contact.features.frame.column(2);
+        let normal = other.map_or(normal.into_owned(), |pose| pose.rotation * normal);
+        for body in contact.key.bodies() {
+            met[body] = 0.0;
+            if depth > sunk[body].depth {
+                sunk[body] = Sunk { depth, normal };
+            }
+        }
+    }
 }
 
 /// Records that two owners collided at the fraction `share` of the trajectory.
