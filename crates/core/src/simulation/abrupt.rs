@@ -30,6 +30,9 @@ pub(super) struct AbruptChanges {
     pub bodies: Vec<bool>,
     /// Bodies with an impact at one of their contacts.
     pub struck: Vec<bool>,
+    /// Bodies of islands in which a change does not vanish with the length of the step: other changes than ends
+    /// and turns of motions by friction.
+    pub jumps: Vec<bool>,
     /// The first [turn](super::turning) of the step.
     pub turn: Option<Turn>,
     /// Flags of the bodies whose motions turn where the step is being divided; empty in other steps.
@@ -77,11 +80,12 @@ pub(super) enum TurningMotion {
     Joint(usize),
 }
 
-/// Way in which an axis of a joint stops.
-enum AxisStop {
-    /// At a limit.
-    Limit,
-    /// Dry friction stops it after this time from the start of the step (s), if it is a turn.
+/// Kind of a change of velocity.
+#[derive(Debug, Clone, Copy)]
+enum Change {
+    /// Impact, stop at a limit, start of a joint: it does not vanish with the length of the step.
+    Jump,
+    /// Friction ends a motion, after this time from the start of the step (s) if it is a turn.
     Friction(Option<f64>),
 }
 
@@ -92,7 +96,7 @@ impl AbruptChanges {
     pub fn find(&mut self, step: &TakenStep<'_>) {
         let TakenStep { world, contacts, solution, resting, .. } = step;
         let count = step.states.len();
-        for flags in [&mut self.bodies, &mut self.struck, &mut self.others] {
+        for flags in [&mut self.bodies, &mut self.struck, &mut self.jumps, &mut self.others] {
             flags.clear();
             flags.resize(count, false);
         }
@@ -105,32 +109,30 @@ impl AbruptChanges {
         for (place, (contact, force)) in pairs {
             let past = self.index.find(step.past, &contact.key, place);
             let turns = self.turning.get(contact.key.body) == Some(&true);
+            let motion = TurningMotion::Slip(contact.key);
             if step.is_impact(contact) || step.lands(contact) {
                 contact.key.bodies().for_each(|body| self.struck[body] = true);
-                self.add(contact.key.bodies(), None);
+                self.add(contact.key.bodies(), Change::Jump, motion);
             } else if step.ends_impact(contact) {
-                self.add(contact.key.bodies(), None);
+                self.add(contact.key.bodies(), Change::Jump, motion);
             } else if !turns && step.ends_slip(contact, force, past) {
-                let motion = TurningMotion::Slip(contact.key);
-                self.add(
-                    contact.key.bodies(),
-                    step.turn_of_slip(contact).map(|time| (time, motion)),
-                );
+                let time = step.turn_of_slip(contact);
+                self.add(contact.key.bodies(), Change::Friction(time), motion);
             } else if !turns && step.ends_turning(contact) {
-                self.add(contact.key.bodies(), None);
+                self.add(contact.key.bodies(), Change::Friction(None), motion);
             }
         }
         for (index, joint) in world.joints().iter().enumerate() {
             let Some(force) = solution.joints.get(index) else { continue };
             let bodies = [Some(joint.body()), joint.other()].into_iter().flatten();
             let turns = self.turning.get(joint.body()) == Some(&true);
+            let motion = TurningMotion::Joint(index);
             match step.stop(joint, &force.angles) {
-                Some(AxisStop::Friction(_)) if turns => {}
-                Some(AxisStop::Friction(turn)) => {
-                    self.add(bodies, turn.map(|time| (time, TurningMotion::Joint(index))));
+                Some(Change::Friction(_)) if turns => {}
+                Some(change) => self.add(bodies, change, motion),
+                None if step.is_pulled(joint, &force.angles) => {
+                    self.add(bodies, Change::Jump, motion);
                 }
-                Some(AxisStop::Limit) => self.add(bodies, None),
-                None if step.is_pulled(joint, &force.angles) => self.add(bodies, None),
                 None => {}
             }
         }
@@ -141,13 +143,19 @@ impl AbruptChanges {
         }
     }
 
-    /// Adds a change of these `bodies`: a turn at a time (s), or another one.
-    fn add(&mut self, bodies: impl Iterator<Item = usize>, turn: Option<(f64, TurningMotion)>) {
+    /// Adds a `change` of a `motion` of these `bodies`.
+    fn add(
+        &mut self,
+        bodies: impl Iterator<Item = usize>,
+        change: Change,
+        motion: TurningMotion,
+    ) {
         for body in bodies {
             self.bodies[body] = true;
-            match turn {
-                Some((time, motion)) => self.turns.push(Turn { body, time, motion }),
-                None => self.others[body] = true,
+            self.jumps[body] |= matches!(change, Change::Jump);
+            match change {
+                Change::Friction(Some(time)) => self.turns.push(Turn { body, time, motion }),
+                Change::Friction(None) | Change::Jump => self.others[body] = true,
             }
         }
     }
@@ -155,8 +163,8 @@ impl AbruptChanges {
     /// Extends the changes to the islands of their bodies. The turn is the first one in an island without other
     /// changes.
     fn spread(&mut self) {
-        let Self { bodies, others, changed, islands, turns, .. } = self;
-        for flags in [others, &mut *bodies] {
+        let Self { bodies, jumps, others, changed, islands, turns, .. } = self;
+        for flags in [jumps, others, &mut *bodies] {
             changed.clear();
             changed.resize(flags.len(), false);
             for body in (0..flags.len()).filter(|body| flags[*body]) {
@@ -332,7 +340,7 @@ impl TakenStep<'_> {
 
     /// Way in which an axis of `joint` comes to a limit, or its dry friction stops it or turns.
     /// `angles` are its angles at the end of the step (rad).
-    fn stop(&self, joint: &Joint, angles: &Vector3<f64>) -> Option<AxisStop> {
+    fn stop(&self, joint: &Joint, angles: &Vector3<f64>) -> Option<Change> {
         let has_jump = |axis: &Axis| match axis {
             Axis::Free(drive) => drive.limits.is_some() || drive.rubs(),
             Axis::Locked => false,
@@ -361,7 +369,7 @@ impl TakenStep<'_> {
             if drive.limits.is_some_and(|limits| limits.into_iter().any(is_at))
                 && before[k].abs() > least
             {
-                return Some(AxisStop::Limit);
+                return Some(Change::Jump);
             }
             let along = |rate: f64| Vector3::x() * rate;
             if drive.rubs() && ends(&along(before[k]), &along(after[k]), least, kick) {
@@ -372,7 +380,7 @@ impl TakenStep<'_> {
                         let start = numbers(&joint.rates(&now, &coasted, &turns, soon));
                         self.turn(bodies(), &along(before[k]), &along(start[k]))
                     });
-                stop = Some(AxisStop::Friction(turn));
+                stop = Some(Change::Friction(turn));
             }
         }
         stop

@@ -184,8 +184,10 @@ impl Schedule {
 
     /// Judges an interval of `length` (s) with these errors, and plans the next one.
     fn judge(&mut self, length: f64, is_solved: bool, errors: &AddedError) -> Judgement {
-        let AddedError { smooth, abrupt, velocity, .. } = *errors;
+        let AddedError { smooth, velocity, .. } = *errors;
         let caught = CAUGHT * self.accuracy;
+        // An error of the velocity remains for seconds.
+        let abrupt = errors.abrupt.max(errors.turned);
         let misses = abrupt > caught && length > SHORTEST;
         let allowed = self.accuracy * length;
         // Eq. 41; an error of the velocity is of third order as well, and remains for seconds.

@@ -146,6 +146,9 @@ pub(crate) struct AddedError {
     /// Estimate (40) of bodies in smooth motion, and of those with an abrupt change of velocity (m).
     pub smooth: f64,
     pub abrupt: f64,
+    /// Largest change of velocity where friction ends or turns a motion (m/s). It is the error of the velocity if
+    /// the motion turns.
+    pub turned: f64,
     /// Error of the velocity of the instant, from the change of the second differences (m/s).
     pub velocity: f64,
     /// True if a body moved by less than its error between two impacts: in the exact motion, they may
@@ -247,6 +250,9 @@ pub(super) fn end(
             let error = 0.5 * h * size(&changed);
             instants.errors[body] += error;
             added_error.abrupt = added_error.abrupt.max(error);
+            if is_smooth && !abrupt.jumps[body] {
+                added_error.turned = added_error.turned.max(size(&changed));
+            }
             instants.states[body] = *next;
             continue;
         }
