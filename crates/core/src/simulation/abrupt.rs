@@ -1,5 +1,6 @@
 //! Changes of velocity in a step that do not scale with h: impacts, ends of slips, stops of joints.
 
+use super::accuracy::CAUGHT;
 use super::interval::Interval;
 use super::islands::Islands;
 use super::leapfrog::Instants;
@@ -15,6 +16,8 @@ use nalgebra::Vector3;
 /// Slip or rate of an axis (m/s or rad/s, relative to the speed scale) below which it counts as
 /// standing still. Solutions are exact to about 1e-12.
 pub(super) const STILL: f64 = 1e-9;
+/// Share of friction in its limit below which it is known to be less.
+const ROUNDING: f64 = 1e-9;
 /// Smallest part of a step that is divided at a turn, as a share of the step.
 const SOONEST: f64 = 1e-3;
 /// Share of a step in which the velocities of its start act, and of speeds that the curvature of the motion
@@ -33,6 +36,9 @@ pub(super) struct AbruptChanges {
     /// Bodies of islands in which a change does not vanish with the length of the step: other changes than ends
     /// and turns of motions by friction.
     pub jumps: Vec<bool>,
+    /// Largest velocity that the static friction of a contact takes too much in the step (m/s). Only with located
+    /// impacts.
+    pub lost: f64,
     /// The first [turn](super::turning) of the step.
     pub turn: Option<Turn>,
     /// Flags of the bodies whose motions turn where the step is being divided; empty in other steps.
@@ -54,6 +60,8 @@ pub(super) struct TakenStep<'a> {
     pub earlier: &'a [State],
     /// States after free flight.
     pub free: &'a [State],
+    /// States at its end with the velocities of the instant, if it is smooth; empty unless impacts are located.
+    pub ends: &'a [State],
     /// Forces and slips of the step before.
     pub past: &'a [ContactForce],
     pub contacts: &'a [Contact],
@@ -102,6 +110,7 @@ impl AbruptChanges {
         }
         self.turns.clear();
         self.turn = None;
+        self.lost = 0.0;
         self.index.clear();
         let pairs = contacts.iter().zip(&solution.contacts).enumerate();
         let rests = |key: &ContactKey| resting.get(key.body) == Some(&true);
@@ -119,6 +128,9 @@ impl AbruptChanges {
                 let time = step.turn_of_slip(contact);
                 self.add(contact.key.bodies(), Change::Friction(time), motion);
             } else if !turns && step.ends_turning(contact) {
+                self.add(contact.key.bodies(), Change::Friction(None), motion);
+            } else if let Some(lost) = past.and_then(|past| step.lost(contact, force, past)) {
+                self.lost = self.lost.max(lost);
                 self.add(contact.key.bodies(), Change::Friction(None), motion);
             }
         }
@@ -198,11 +210,20 @@ impl AbruptChanges {
     }
 }
 
-/// True if a motion ends or turns back from `before` to `now`, or would do so in half of another step.
-/// `kick` is the time of the change, in lengths of the interval.
-fn ends(before: &Vector3<f64>, now: &Vector3<f64>, least: f64, kick: f64) -> bool {
+/// True if a motion ends or turns back from `before` to `now`, or at the `end` of the step. Without one, it would do
+/// so in half of another step: `kick` is the time of the change, in lengths of the interval.
+fn ends(
+    before: &Vector3<f64>,
+    now: &Vector3<f64>,
+    end: Option<Vector3<f64>>,
+    least: f64,
+    kick: f64,
+) -> bool {
     let along = now.dot(before);
-    let turns_soon = || (1.0 + 2.0 * kick) * now.norm_squared() < along;
+    let turns_soon = || match end {
+        Some(end) => now.dot(&end) < 0.0,
+        None => (1.0 + 2.0 * kick) * now.norm_squared() < along,
+    };
     before.norm() > least && (now.norm() <= least || along < 0.0 || turns_soon())
 }
 
@@ -210,6 +231,11 @@ impl TakenStep<'_> {
     /// Time of the changes of velocity at a contact, in lengths of the interval.
     fn kick(&self, contact: &Contact) -> f64 {
         contact.key.bodies().map(|body| self.world.kick(body)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// True if a body of `contact` starts. Slips before belong to another motion.
+    fn starts(&self, contact: &Contact) -> bool {
+        contact.key.bodies().any(|body| self.world.before().get(body) == Some(&0.0))
     }
 
     /// True if the touching points approach faster than smooth accelerations explain in a step.
@@ -224,7 +250,8 @@ impl TakenStep<'_> {
             (force.key.body, force.key.partner) == (contact.key.body, contact.key.partner)
         };
         let mut past = self.past.iter().filter(|force| is_same(force));
-        contact.gap > self.world.touching_gap() && !past.any(ContactForce::carries_force)
+        contact.gap > self.world.touching_gap()
+            && (self.starts(contact) || !past.any(ContactForce::carries_force))
     }
 
     /// True if the touching points still approach after an impact in the interval before. The velocity of its
@@ -245,8 +272,46 @@ impl TakenStep<'_> {
         past: Option<&ContactForce>,
     ) -> bool {
         let least = STILL * self.world.speed_scale();
-        let initial = || contact.initial_slip(self.world, self.states);
-        ends(&past.map_or_else(initial, |past| past.slip), &now.slip, least, self.kick(contact))
+        let initial = |states: &[State]| contact.initial_slip(self.world, states);
+        let before = past.filter(|_| !self.starts(contact));
+        let before = before.map_or_else(|| initial(self.states), |past| past.slip);
+        let end = (!self.ends.is_empty()).then(|| initial(self.ends));
+        ends(&before, &now.slip, end, least, self.kick(contact))
+    }
+
+    /// Velocity that the friction of a sticking contact takes too much (m/s), if it is overcome in this step. The
+    /// share ρ of friction in the normal force goes on from the kick before to the present one, and on to the end:
+    ///
+    /// ```text
+    /// ρ⁺ = ρ + (ρ − ρ⁻) t⁺/t,   δ = (|ρ⁺| − μ) f_n h/m   if |ρ| < μ_s < |ρ⁺|
+    /// ```
+    ///
+    /// `None` without located impacts, and if it is less than the accuracy allows.
+    fn lost(&self, contact: &Contact, now: &ContactForce, past: &ContactForce) -> Option<f64> {
+        let Self { world, .. } = self;
+        let allowed = CAUGHT * world.impact_accuracy()?;
+        let slips = now.slip.norm() > STILL * world.speed_scale();
+        if slips || !past.carries_force() {
+            return None;
+        }
+        let since = contact.key.bodies().find_map(|body| self.instants.since_kick(body))?;
+        let (h, kick) = (world.time_step(), self.kick(contact));
+        // Times from the middle of the kick to the end, and between the middles of both kicks.
+        let ahead = 0.5 * h * (1.0 + kick);
+        let apart = since + h - ahead;
+        let normal = contact.normal();
+        let [now, past] = [now, past].map(|of| (of.force, normal.dot(&of.force)));
+        let share = |(force, pressing): (Vector3<f64>, f64)| force / pressing - normal;
+        let end = share(now) + (share(now) - share(past)) * (ahead / apart);
+        let most = contact.law.friction;
+        if share(now).norm() >= most * (1.0 - ROUNDING) || end.norm() <= most {
+            return None;
+        }
+        let kinetic = world.friction_between(contact.key.body, contact.key.partner).min(most);
+        let masses = contact.key.bodies().map(|body| world.bodies()[body].mass());
+        let mass = masses.fold(f64::INFINITY, f64::min);
+        let lost = (end.norm() - kinetic) * now.1 / (kick * mass) * h;
+        (lost > allowed).then_some(lost)
     }
 
     /// Time after the start at which the slip of a contact ends, see [`Self::turn`] (s).
@@ -297,16 +362,18 @@ impl TakenStep<'_> {
             of(contact.key.body) - contact.key.partner.body().map_or(Vector3::zeros(), of)
         };
         let normal = contact.normal();
-        let [before, now] = [self.states, &self.solution.states].map(|states| {
+        let parts = |states: &[State]| {
             let turning = turning(states);
             let about = normal * normal.dot(&turning);
             (turning - about, about)
-        });
+        };
+        let [before, now] = [self.states, &self.solution.states].map(parts);
+        let end = (!self.ends.is_empty()).then(|| parts(self.ends)).unzip();
         let reach = self.world.bodies()[contact.key.body].reach();
         let least = STILL * self.world.speed_scale() / reach;
         let kick = self.kick(contact);
-        rolling > 0.0 && ends(&before.0, &now.0, least, kick)
-            || torsional > 0.0 && ends(&before.1, &now.1, least, kick)
+        rolling > 0.0 && ends(&before.0, &now.0, end.0, least, kick)
+            || torsional > 0.0 && ends(&before.1, &now.1, end.1, least, kick)
     }
 
     /// True if a body of `joint` starts with a velocity that its locked axes do not allow, or that its
@@ -372,7 +439,7 @@ impl TakenStep<'_> {
                 return Some(Change::Jump);
             }
             let along = |rate: f64| Vector3::x() * rate;
-            if drive.rubs() && ends(&along(before[k]), &along(after[k]), least, kick) {
+            if drive.rubs() && ends(&along(before[k]), &along(after[k]), None, least, kick) {
                 let soon = SOON * h;
                 let turn = joint
                     .coasted(&self.instants.states, &self.world.step_map().over(soon))

@@ -27,7 +27,7 @@ use crate::error::Error;
 use crate::world::{Impacts, Span, WINDOW, World};
 
 /// Share of the error of a second that an abrupt change may add.
-const CAUGHT: f64 = 0.1;
+pub(super) const CAUGHT: f64 = 0.1;
 /// Shortest interval (s). Gaps are known to about 1e-16 m, and 1e-16 m are 1e-7 m/s in 1e-9 s.
 const SHORTEST: f64 = 1e-9;
 /// Shortest interval of smooth motion (s).
