@@ -16,8 +16,9 @@ use nalgebra::Vector3;
 /// Slip or rate of an axis (m/s or rad/s, relative to the speed scale) below which it counts as
 /// standing still. Solutions are exact to about 1e-12.
 pub(super) const STILL: f64 = 1e-9;
-/// Share of friction in its limit below which it is known to be less.
-const ROUNDING: f64 = 1e-9;
+/// Change of velocity in a step by which friction is known to be below or above its limit (m/s, times the speed
+/// scale).
+const ROUNDING: f64 = 1e-11;
 /// Smallest part of a step that is divided at a turn, as a share of the step.
 const SOONEST: f64 = 1e-3;
 /// Share of a step in which the velocities of its start act, and of speeds that the curvature of the motion
@@ -39,6 +40,8 @@ pub(super) struct AbruptChanges {
     /// Largest velocity that the static friction of a contact takes too much in the step (m/s). Only with located
     /// impacts.
     pub lost: f64,
+    /// Largest error of an acceleration by the direction of a rolling moment (m/s²).
+    pub late: f64,
     /// The first [turn](super::turning) of the step.
     pub turn: Option<Turn>,
     /// Flags of the bodies whose motions turn where the step is being divided; empty in other steps.
@@ -110,7 +113,7 @@ impl AbruptChanges {
         }
         self.turns.clear();
         self.turn = None;
-        self.lost = 0.0;
+        (self.lost, self.late) = (0.0, 0.0);
         self.index.clear();
         let pairs = contacts.iter().zip(&solution.contacts).enumerate();
         let rests = |key: &ContactKey| resting.get(key.body) == Some(&true);
@@ -119,6 +122,9 @@ impl AbruptChanges {
             let past = self.index.find(step.past, &contact.key, place);
             let turns = self.turning.get(contact.key.body) == Some(&true);
             let motion = TurningMotion::Slip(contact.key);
+            if world.has_turning_friction() {
+                self.late = self.late.max(step.late_rolling(contact, &solution.moment(place)));
+            }
             if step.is_impact(contact) || step.lands(contact) {
                 contact.key.bodies().for_each(|body| self.struck[body] = true);
                 self.add(contact.key.bodies(), Change::Jump, motion);
@@ -283,7 +289,7 @@ impl TakenStep<'_> {
     /// share ρ of friction in the normal force goes on from the kick before to the present one, and on to the end:
     ///
     /// ```text
-    /// ρ⁺ = ρ + (ρ − ρ⁻) t⁺/t,   δ = (|ρ⁺| − μ) f_n h/m   if |ρ| < μ_s < |ρ⁺|
+    /// ρ⁺ = ρ + (ρ − ρ⁻) t⁺/t,   δ = (|ρ⁺| − μ) f_n h/m   if |ρ| < μ_s < |ρ⁺|          (eq. 41b)
     /// ```
     ///
     /// `None` without located impacts, and if it is less than the accuracy allows.
@@ -303,14 +309,17 @@ impl TakenStep<'_> {
         let [now, past] = [now, past].map(|of| (of.force, normal.dot(&of.force)));
         let share = |(force, pressing): (Vector3<f64>, f64)| force / pressing - normal;
         let end = share(now) + (share(now) - share(past)) * (ahead / apart);
+        let masses = contact.key.bodies().map(|body| world.bodies()[body].mass());
+        let mass = masses.fold(f64::INFINITY, f64::min);
+        let change = now.1 * h / (kick * mass);
         let most = contact.law.friction;
-        if share(now).norm() >= most * (1.0 - ROUNDING) || end.norm() <= most {
+        let rounding = ROUNDING * world.speed_scale();
+        let [below, above] = [most - share(now).norm(), end.norm() - most];
+        if below.min(above) * change <= rounding {
             return None;
         }
         let kinetic = world.friction_between(contact.key.body, contact.key.partner).min(most);
-        let masses = contact.key.bodies().map(|body| world.bodies()[body].mass());
-        let mass = masses.fold(f64::INFINITY, f64::min);
-        let lost = (end.norm() - kinetic) * now.1 / (kick * mass) * h;
+        let lost = (end.norm() - kinetic) * change;
         (lost > allowed).then_some(lost)
     }
 
@@ -357,16 +366,7 @@ impl TakenStep<'_> {
             return false;
         }
         let TurningFriction { rolling, torsional } = friction;
-        let turning = |states: &[State]| {
-            let of = |body: usize| rotation(&self.states[body].attitude) * states[body].spin;
-            of(contact.key.body) - contact.key.partner.body().map_or(Vector3::zeros(), of)
-        };
-        let normal = contact.normal();
-        let parts = |states: &[State]| {
-            let turning = turning(states);
-            let about = normal * normal.dot(&turning);
-            (turning - about, about)
-        };
+        let parts = |states: &[State]| self.turning(contact, states);
         let [before, now] = [self.states, &self.solution.states].map(parts);
         let end = (!self.ends.is_empty()).then(|| parts(self.ends)).unzip();
         let reach = self.world.bodies()[contact.key.body].reach();
@@ -374,6 +374,31 @@ impl TakenStep<'_> {
         let kick = self.kick(contact);
         rolling > 0.0 && ends(&before.0, &now.0, end.0, least, kick)
             || torsional > 0.0 && ends(&before.1, &now.1, end.1, least, kick)
+    }
+
+    /// Angular velocity of A relative to B with the spins of `states`: along the tangents, and about the normal
+    /// (rad/s).
+    fn turning(&self, contact: &Contact, states: &[State]) -> (Vector3<f64>, Vector3<f64>) {
+        let of = |body: usize| rotation(&self.states[body].attitude) * states[body].spin;
+        let other = contact.key.partner.body().map_or(Vector3::zeros(), of);
+        let turning = of(contact.key.body) - other;
+        let about = contact.normal() * contact.normal().dot(&turning);
+        (turning - about, about)
+    }
+
+    /// Error of the acceleration (m/s²) by a rolling moment that opposes the angular velocity of the step and not
+    /// that of its start. It is of first order in the length.
+    fn late_rolling(&self, contact: &Contact, moment: &Vector3<f64>) -> f64 {
+        let [start, now] = [&self.instants.states, &self.solution.states];
+        let [start, now] = [start, now].map(|states| self.turning(contact, states).0);
+        let body = &self.world.bodies()[contact.key.body];
+        let least = STILL * self.world.speed_scale() / body.reach();
+        if start.norm().min(now.norm()) <= least {
+            return 0.0;
+        }
+        let size = start.norm() * now.norm();
+        let moment = (moment - contact.normal() * contact.normal().dot(moment)).norm();
+        moment / self.kick(contact) * start.cross(&now).norm() / (size * body.mass() * body.reach())
     }
 
     /// True if a body of `joint` starts with a velocity that its locked axes do not allow, or that its

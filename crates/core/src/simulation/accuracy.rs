@@ -11,7 +11,7 @@
 //!
 //! Bisection finds the longest interval without an [abrupt change](super::abrupt) of velocity. The change
 //! happens in an interval of length ε that follows. Its error ½ ε |w⁺ − w| is at most a tenth of the
-//! error of a second. Velocities go on from interval to interval, whatever their lengths (37), but islands with
+//! error of a second, and so is |w⁺ − w| where friction changes the acceleration. Velocities go on from interval to interval, whatever their lengths (37), but islands with
 //! an abrupt change start at the velocities of the instant.
 
 use super::energy;
@@ -436,7 +436,9 @@ fn intervals(
             workspace.forget();
             continue;
         }
-        taken.is_coarse = judgement == Judgement::TakenCoarse;
+        // Such an acceleration moves a body by the accuracy in a second.
+        let is_late = world.accuracy().is_some_and(|accuracy| taken.errors.late > accuracy);
+        taken.is_coarse = judgement == Judgement::TakenCoarse || is_late;
         let Some(part) = &mut taken.part else { continue };
         part.changeable = world.changeable();
         settle_instants(world, moment, workspace, taken);

@@ -153,6 +153,8 @@ pub(crate) struct AddedError {
     /// Largest change of velocity where friction ends or turns a motion (m/s). It is the error of the velocity if
     /// the motion turns.
     pub turned: f64,
+    /// Error of an acceleration of first order in the length (m/s²), which is not in the other errors.
+    pub late: f64,
     /// Error of the velocity of the instant, from the change of the second differences (m/s).
     pub velocity: f64,
     /// True if a body moved by less than its error between two impacts: in the exact motion, they may
@@ -279,7 +281,8 @@ pub(super) fn end(
         abrupt.bodies.clear();
     }
     instants.remember();
-    let mut added_error = AddedError::default();
+    let late = if is_smooth { abrupt.late } else { 0.0 };
+    let mut added_error = AddedError { late, ..AddedError::default() };
     for body in 0..arrivals.len() {
         let state = &now.states[body];
         let next = &solution.states[body];
