@@ -162,12 +162,7 @@ impl AbruptChanges {
     }
 
     /// Adds a `change` of a `motion` of these `bodies`.
-    fn add(
-        &mut self,
-        bodies: impl Iterator<Item = usize>,
-        change: Change,
-        motion: TurningMotion,
-    ) {
+    fn add(&mut self, bodies: impl Iterator<Item = usize>, change: Change, motion: TurningMotion) {
         for body in bodies {
             self.bodies[body] = true;
             self.jumps[body] |= matches!(change, Change::Jump);

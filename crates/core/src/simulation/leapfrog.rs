@@ -204,7 +204,8 @@ impl SmoothMotion {
             let before = motion.acceleration.map_or([Vector3::zeros(); 2], |(_, before)| before);
             instant.velocity = next.velocity + 0.5 * h * before[0];
             instant.spin = next.spin + 0.5 * h * before[1];
-        } else if let Some([velocity, spin]) = jerk.filter(|_| world.impacts() == Impacts::Located) {
+        } else if let Some([velocity, spin]) = jerk.filter(|_| world.impacts() == Impacts::Located)
+        {
             // ∫ (t − centre of the kick) over the second half of the interval.
             let moment = h * h * (0.125 + 0.25 * kick);
             instant.velocity += moment * velocity;
@@ -253,7 +254,8 @@ pub(super) fn end(
         smooth.instant.velocity += velocity;
         smooth.instant.spin += spin;
         if divides && let Some(turning) = turning_spin(world, body, wrenches, state, next) {
-            smooth.instant.spin = turning + (next.spin - free[body].spin) * (0.5 / world.kick(body));
+            smooth.instant.spin =
+                turning + (next.spin - free[body].spin) * (0.5 / world.kick(body));
         }
         smooth
     };
