@@ -15,8 +15,8 @@ use tumble_playground::request::Program;
 use tumble_playground::scenes::{self, SCENES};
 use tumble_playground::session::{Hit, Session};
 use tumble_scene::choices::SolverName;
-use tumble_scene::settings::SolverTable;
 use tumble_scene::solver_choice::SolverChoice;
+use tumble_scene::solver_choice::SolverTable;
 
 /// States of the scene of a text after `steps` steps, as the command line computes them.
 fn run(text: &str, steps: usize) -> Vec<State> {

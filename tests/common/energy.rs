@@ -11,7 +11,6 @@ use tumble_core::simulation::StepRecord;
 use tumble_core::step::StepStatus;
 use tumble_core::world::World;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 /// Largest energy that a passive step may make, relative to its kinetic energy.
 const SHARE: f64 = 1e-2;
@@ -54,7 +53,7 @@ fn unlagged(world: &World, states: &[State]) -> f64 {
 /// Scene of a file's text.
 pub fn scene(text: &str) -> Scene {
     let none = |_: &Path, _: u64| Err(io::ErrorKind::NotFound.into());
-    Scene::from_text(text, Path::new("scene.toml"), Settings::default(), &none).unwrap()
+    Scene::from_text(text, Path::new("scene.toml"), &[], &none).unwrap()
 }
 
 /// Steps of passive scenes.

@@ -7,7 +7,7 @@ use std::fs;
 
 #[test]
 fn a_run_that_bounces_says_so_and_verifies() {
-    let bouncing = ["--restitution", "0.6", "--inertia", "solid"];
+    let bouncing = ["--restitution", "0.6", "--set", "body.inertia=solid"];
     let args = [&["--steps", "300", "--solver", "native"], &bouncing[..]].concat();
     let simulated = simulate(&args);
     assert_eq!(simulated.end.code, Some(0), "{:?}", simulated.end);
@@ -40,7 +40,7 @@ fn a_run_that_bounces_says_so_and_verifies() {
 /// share of it.
 #[test]
 fn impacts_that_would_make_energy_are_counted() {
-    let args = ["--seed", "0", "--restitution", "0.9", "--mu", "1", "--inertia", "solid"];
+    let args = ["--seed", "0", "--restitution", "0.9", "--mu", "1", "--set", "body.inertia=solid"];
     let simulated = simulate(&[&args[..], &["--solver", "native"]].concat());
     assert_eq!(simulated.end.code, Some(0), "{:?}", simulated.end);
     let shares = table(&simulated, "steps").numbers("restitution_share");

@@ -216,20 +216,19 @@ fn a_longer_run_begins_with_the_shorter_one() {
 
 #[test]
 fn every_flag_is_recorded_and_used() {
-    let inertia = "0.02,0.001,0,0.001,0.03,0,0,0,0.025";
+    let inertia = "--set=body.inertia=[[0.02, 0.001, 0], [0.001, 0.03, 0], [0, 0, 0.025]]";
     let run = simulate(&[
         "--scene=drop",
         "--steps=20",
         "--seed=4294967295",
         "--dt=0.001",
         "--mu=0.5",
-        "--mass=7.5",
-        "--inertia",
+        "--set=body.mass=7.5",
         inertia,
         "--gravity=0.5,-1,-9",
-        "--height=4.25",
-        "--velocity=-1,2,-0.5",
-        "--spin=-3,0.5,1e-1",
+        "--set=start.position=0,0,4.25",
+        "--set=start.velocity=-1,2,-0.5",
+        "--set=start.spin=-3,0.5,1e-1",
         "--detection=height",
         "--tol=1e-7",
         "--max-iter=250",

@@ -25,9 +25,29 @@ fn unchanged_files_verify() {
     for args in [
         ["--steps", "240"].as_slice(),
         &["--scene", "floating", "--steps", "300"],
-        &["--scene", "floating", "--steps", "50", "--gravity", "1,2,-3", "--inertia", "1,2,3"],
+        &[
+            "--scene",
+            "floating",
+            "--steps",
+            "50",
+            "--gravity",
+            "1,2,-3",
+            "--set",
+            "body.inertia=1,2,3",
+        ],
         &["--steps", "1"],
-        &["--steps", "225", "--seed", "1", "--dt", "0.0021", "--mass", "3", "--gravity", "0,1,-9"],
+        &[
+            "--steps",
+            "225",
+            "--seed",
+            "1",
+            "--dt",
+            "0.0021",
+            "--set",
+            "body.mass=3",
+            "--gravity",
+            "0,1,-9",
+        ],
     ] {
         let simulated = simulate(args);
         let end = verify(&simulated.path(""), &[]);

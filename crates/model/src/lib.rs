@@ -15,7 +15,6 @@ pub mod groups;
 pub mod heights;
 pub mod joint;
 mod model;
-pub mod names;
 pub mod nearest;
 mod packed;
 pub mod parameters;

@@ -2,7 +2,6 @@
 
 use serde::Deserialize;
 use tumble_core::contact::detection::Detection;
-use tumble_core::simulation::scene::TutorialScene;
 
 /// Scene of the tutorial.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -12,16 +11,6 @@ pub enum SceneName {
     Drop,
     /// A cube floating without gravity or ground.
     Floating,
-}
-
-impl SceneName {
-    /// Scene in the form of the core.
-    pub fn scene(self) -> TutorialScene {
-        match self {
-            Self::Drop => TutorialScene::drop(),
-            Self::Floating => TutorialScene::floating(),
-        }
-    }
 }
 
 /// Frame of a start.

@@ -3,7 +3,7 @@
 //! A scene holds the same content twice: as [`Model`], the data written to run.json, and as
 //! [`World`], initial states and loads, the form of the core. The latter are made from the model.
 
-use super::settings::LARGEST_START;
+use super::document::LARGEST_START;
 use super::solver_choice::SolverChoice;
 use std::num::NonZeroUsize;
 use std::sync::Arc;

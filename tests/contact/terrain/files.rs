@@ -6,7 +6,6 @@ use std::path::Path;
 use tumble_core::geometry::terrain::TerrainShape;
 use tumble_model::Model;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 const BALL: &str = "[ground]\nnone = true\nfriction = 0.5\n[[bodies]]\nsphere = 0.1\nmass = 1.0\n\
                     position = [0, 0, 6]\n";
@@ -43,7 +42,7 @@ fn file(path: &Path, _: u64) -> io::Result<Vec<u8>> {
 
 fn scene(table: &str) -> Result<Scene, String> {
     let text = format!("{BALL}{table}");
-    let scene = Scene::from_text(&text, Path::new("scene.toml"), Settings::default(), &file);
+    let scene = Scene::from_text(&text, Path::new("scene.toml"), &[], &file);
     scene.map_err(|failure| failure.to_string())
 }
 
@@ -142,8 +141,7 @@ fn nearly_equal_vertices_of_a_file_are_one() {
              mass = 1.0\nposition = [-0.5, 0.5, 0.05]\nvelocity = [1.5, 0, 0]\n[[terrain]]\n\
              name = \"floor\"\nmesh = \"{mesh}\"\n"
         );
-        let scene =
-            Scene::from_text(&text, Path::new("s.toml"), Settings::default(), &file).unwrap();
+        let scene = Scene::from_text(&text, Path::new("s.toml"), &[], &file).unwrap();
         let mut simulation = scene.simulation(&Arc::default()).unwrap();
         let mut record = StepRecord::new();
         (0..300).for_each(|_| simulation.step(&mut record).unwrap());

@@ -13,7 +13,14 @@ use std::fs;
 #[ignore = "a browser"]
 fn small_and_floating_bodies_have_readable_pages() {
     let pages = Pages::new();
-    let side = ["--box", "0.001", "--position", "0,0,0.001", "--velocity", "0.01,0,0"];
+    let side = [
+        "--set",
+        "body.box=0.001",
+        "--set",
+        "start.position=0,0,0.001",
+        "--set",
+        "start.velocity=0.01,0,0",
+    ];
     let time = ["--dt", "1e-5", "--steps", "50", "--solver", "native"];
     let small = pages.simulate("small", &[side.as_slice(), &time].concat(), 0);
     let free = pages.simulate("free", &["--scene", "floating", "--steps", "50"], 0);

@@ -13,20 +13,21 @@ use super::entries::{
 };
 use super::joints::JointEntries;
 use super::masses::{MILLIMETRES, mass_properties, size_of_large_part};
-use super::refused::field_of;
-use super::scene_entries::SceneEntries;
 use super::terrain::TerrainEntry;
 use crate::choices::StartFrame;
-use crate::settings::{Settings, USUAL_SEED};
-use crate::tables::{LoadTable, Random};
+use crate::coefficients::Each;
+use crate::document::{BODY, Document, USUAL_SEED};
+use crate::tables::{GroundTable, LoadTable, Random};
 use nalgebra::{SVector, Vector3};
 use names::Named;
 use std::collections::BTreeMap;
 use tumble_core::contact::Plane;
-use tumble_core::mechanics::{Rotation, State};
+use tumble_core::error::Error;
+use tumble_core::mechanics::State;
 use tumble_core::simulation::random::Draws;
 use tumble_core::world::Coefficient;
 use tumble_decompose::DecompositionSettings;
+use tumble_model::failure::field_of;
 use tumble_model::fields::Numbers;
 use tumble_model::parameters::LoadParameters;
 use tumble_model::parameters::plane as plane_parameters;
@@ -53,25 +54,28 @@ pub struct BuiltScene {
     pub notes: Vec<String>,
 }
 
-/// Model with these settings and without bodies. `mu` is the default coefficient of friction.
-pub fn empty_model(settings: &Settings, mu: f64) -> Model {
-    let coefficients = Coefficient::ALL.into_iter().zip(settings.coefficients);
-    let of_world = |(of, world): (Coefficient, Option<f64>)| {
+/// Model with the settings of `document` and without bodies.
+pub fn empty_model(document: &Document) -> Result<Model, String> {
+    let ground = document.ground.as_ref();
+    let coefficients = ground.map(GroundTable::coefficients).unwrap_or_default();
+    let of_world = |(of, world): (Coefficient, Option<&f64>)| {
+        let world = world.copied();
         world.is_some().then(|| (of, CoefficientsModel { world, ..CoefficientsModel::default() }))
     };
-    Model {
-        dt: settings.dt.unwrap_or_default(),
-        rotation: settings.rotation.unwrap_or(Rotation::Momentum),
-        integrator: settings.integrator(),
-        accuracy: settings.accuracy,
-        impacts: settings.impacts.unwrap_or_default(),
-        gravity: settings.gravity.unwrap_or_default().into(),
-        mu: settings.mu.unwrap_or(mu),
-        coefficients: coefficients.filter_map(of_world).collect(),
-        stick_speed: settings.stick_speed.clone(),
-        restitution: settings.restitution.unwrap_or_default(),
-        rebound_speed: settings.rebound_speed,
-        plane: settings.plane.as_ref().map(plane_parameters),
+    let plane = ground.map_or(Ok(None), GroundTable::plane)?;
+    Ok(Model {
+        dt: document.time_step,
+        rotation: document.rotation(),
+        integrator: document.integrator(),
+        accuracy: document.accuracy,
+        impacts: document.impacts.unwrap_or_default(),
+        gravity: document.gravity.vector().into(),
+        mu: ground.map_or(0.0, |ground| ground.friction),
+        coefficients: Coefficient::ALL.into_iter().zip(coefficients).filter_map(of_world).collect(),
+        stick_speed: ground.and_then(|ground| ground.stick_speed.clone()),
+        restitution: ground.and_then(|ground| ground.restitution).unwrap_or_default(),
+        rebound_speed: ground.and_then(|ground| ground.rebound_speed),
+        plane: plane.as_ref().map(plane_parameters),
         shapes: Vec::new(),
         looks: Vec::new(),
         bodies: Vec::new(),
@@ -84,33 +88,34 @@ pub fn empty_model(settings: &Settings, mu: f64) -> Model {
         surfaces: Vec::new(),
         apart: Vec::new(),
         groups: Vec::new(),
-    }
+    })
 }
 
-/// Converts the tables to a model. `settings` are complete except for the bodies.
-pub fn build(
-    file: SceneEntries,
-    settings: &Settings,
-    files: Files<'_>,
-) -> Result<BuiltScene, String> {
-    let (seed, model) = (settings.seed.unwrap_or(USUAL_SEED), empty_model(settings, 0.0));
-    let mut builder = Builder::new(files, settings.plane.clone(), seed, model);
-    if file.bodies.is_empty() && file.robots.is_empty() {
+/// Converts the tables of `file` to a model, and takes them.
+pub fn build(file: &mut Document, files: Files<'_>) -> Result<BuiltScene, String> {
+    let model = empty_model(file)?;
+    let plane = file.ground.as_ref().map_or(Ok(None), GroundTable::plane)?;
+    let mut builder = Builder::new(files, plane, file.seed(), model);
+    let short = file.body.take().zip(file.start.take());
+    if let Some((body, start)) = short {
+        builder.add_bodies(BODY, body.entry(start, file.load.take()))?;
+    } else if file.bodies.as_ref().is_none_or(Vec::is_empty)
+        && file.robots.as_ref().is_none_or(Vec::is_empty)
+    {
         return Err("bodies: at least one table [[bodies]] is needed".to_owned());
     }
-    for (index, entry) in file.bodies.into_iter().enumerate() {
-        let at = if file.at.is_empty() { format!("bodies[{index}]") } else { file.at.to_owned() };
-        builder.add_bodies(&at, entry)?;
+    for (index, entry) in file.bodies.take().into_iter().flatten().enumerate() {
+        builder.add_bodies(&format!("bodies[{index}]"), entry)?;
     }
-    for (index, entry) in file.fixed.into_iter().enumerate() {
+    for (index, entry) in file.fixed.take().into_iter().flatten().enumerate() {
         builder.add_fixed(&format!("fixed[{index}]"), entry)?;
     }
-    for (index, entry) in file.terrain.into_iter().enumerate() {
+    for (index, entry) in file.terrain.take().into_iter().flatten().enumerate() {
         let named = |why: String| format!("terrain[{index}].{why}");
         builder.add_terrain(index, entry).map_err(named)?;
     }
     let mut robots = Vec::new();
-    for (index, entry) in file.robots.iter().enumerate() {
+    for (index, entry) in file.robots.iter().flatten().enumerate() {
         let named = |why: String| format!("robots[{index}].{why}");
         let is_taken = |robot: &tumble_robot::Assembled| robot.prefix() == entry.prefix();
         if robots.iter().any(is_taken) {
@@ -133,39 +138,43 @@ pub fn build(
     builder.refuse_equal_names()?;
     builder.refuse_unknown_groups()?;
     builder.name_links(&robots);
-    builder.model.frictions.extend(builder.coefficients("friction", &file.friction, 10.0)?);
-    for (of, entries) in Coefficient::ALL.into_iter().zip(&file.coefficients) {
-        let pairs = builder.coefficients(of.name(), entries, 10.0)?;
+    builder.model.frictions.extend(builder.coefficients(
+        "friction",
+        file.friction.as_deref(),
+        10.0,
+    )?);
+    for (of, entries) in Coefficient::ALL.into_iter().zip(file.coefficients()) {
+        let pairs = builder.coefficients(of.name(), entries.map(Vec::as_slice), 10.0)?;
         if !pairs.is_empty() {
             builder.model.coefficients_mut(of).pairs.extend(pairs);
         }
     }
-    let pairs = builder.coefficients("restitution", &file.restitution, 1.0)?;
+    let pairs = builder.coefficients("restitution", file.restitution.as_deref(), 1.0)?;
     builder.model.restitutions.extend(pairs);
-    for (index, entry) in file.apart.iter().enumerate() {
+    for (index, entry) in file.apart.iter().flatten().enumerate() {
         let pairs = builder.pairs(&entry.between).map_err(|why| format!("apart[{index}].{why}"))?;
         let apart = pairs.into_iter().map(|(body, partner)| ApartModel { body, partner });
         builder.model.apart.extend(apart);
     }
     let mut joints = JointEntries::new(std::mem::take(&mut builder.model.joints));
-    for (index, entry) in file.joints.iter().enumerate() {
+    for (index, entry) in file.joints.iter().flatten().enumerate() {
         let named = |why: String| format!("joints[{index}]{}.{why}", entry.error_suffix());
         if let Some(name) = entry.name() {
             checked_name(name).map_err(named)?;
         }
         joints.add(entry, &builder.model.bodies, |name| builder.bodies(name)).map_err(named)?;
     }
-    for (index, entry) in file.motors.iter().enumerate() {
+    for (index, entry) in file.motors.iter().flatten().enumerate() {
         let named = |why: String| format!("motors[{index}]{}.{why}", entry.error_suffix());
         joints.add_motor(entry).map_err(named)?;
     }
-    for (index, entry) in file.gears.iter().enumerate() {
+    for (index, entry) in file.gears.iter().flatten().enumerate() {
         let named = |why: String| format!("gears[{index}]{}.{why}", entry.error_suffix());
         let gear = entry.model(&joints, index).map_err(named)?;
         builder.model.gears.push(gear);
     }
-    let start = settings.start_index.unwrap_or(0) as f64 * builder.model.dt;
-    for (index, entry) in file.driven.iter().enumerate() {
+    let start = file.start_index as f64 * builder.model.dt;
+    for (index, entry) in file.driven.iter().flatten().enumerate() {
         let named = |why: String| format!("driven[{index}]{}.{why}", entry.error_suffix());
         if let Some(name) = entry.name() {
             checked_name(name).map_err(named)?;
@@ -173,7 +182,7 @@ pub fn build(
         let bodies = &builder.model.bodies;
         entry.add(&mut joints, bodies, |name| builder.bodies(name), start).map_err(named)?;
     }
-    for (index, entry) in file.surfaces.iter().enumerate() {
+    for (index, entry) in file.surfaces.iter().flatten().enumerate() {
         let named = |why: String| format!("surfaces[{index}].{why}");
         builder.add_surface(entry).map_err(named)?;
     }
@@ -296,7 +305,7 @@ impl<'a> Builder<'a> {
             start: BodyStart::from_state(&State::from_vector(&SVector::zeros())),
             drawn: None,
         };
-        template.rigid_body(&shape).map_err(|error| named(field_of(&error)))?;
+        template.rigid_body(&shape).map_err(|error| named(of_field(&error)))?;
         if index == self.model.shapes.len() {
             self.model.shapes.push(shape);
         }
@@ -318,14 +327,14 @@ impl<'a> Builder<'a> {
                 * entry.velocity.map_or(Vector3::zeros(), |velocity| velocity.0.into());
             let spin = entry.spin.map_or(Vector3::zeros(), |spin| spin.0.into());
             let start = self.start(entry.frame, &place, velocity, spin, &centre).map_err(named)?;
-            start.checked().map_err(|error| named(field_of(&error)))?;
+            start.checked().map_err(|error| named(of_field(&error)))?;
             let start = BodyStart::from_state(&start);
             let index = self.model.bodies.len();
             let name = name_of(entry.name.as_deref(), "body", index, number, count);
             partners.push(PartnerModel::Body(index));
             self.model.bodies.push(BodyModel { name, start, drawn, ..template.clone() });
         }
-        self.set_own(&partners, entry.take_coefficients(), entry.friction).map_err(named)?;
+        self.set_own(&partners, entry.coefficients(), entry.friction).map_err(named)?;
         self.register(entry.name, partners).map_err(named)
     }
 
@@ -363,14 +372,14 @@ impl<'a> Builder<'a> {
             for piece in &pieces {
                 let piece =
                     PlacedForm { form: piece.form.clone(), place: piece.place.within(&outer) };
-                piece.piece().map_err(|error| named(field_of(&error)))?;
+                piece.piece().map_err(|error| named(of_field(&error)))?;
                 partners.push(PartnerModel::Fixed(self.model.fixed.len()));
                 let (name, groups) = (name.clone(), groups.clone());
                 let fixed = FixedModel { name, piece, friction: entry.friction, groups };
                 self.model.fixed.push(fixed);
             }
         }
-        self.set_own(&partners, entry.take_coefficients(), entry.friction).map_err(named)?;
+        self.set_own(&partners, entry.coefficients(), entry.friction).map_err(named)?;
         self.register(entry.name, partners).map_err(named)
     }
 
@@ -379,11 +388,11 @@ impl<'a> Builder<'a> {
     fn set_own(
         &mut self,
         partners: &[PartnerModel],
-        own: [Option<f64>; Coefficient::ALL.len()],
+        own: Each<&f64>,
         friction: Option<f64>,
     ) -> Result<(), String> {
         for (of, own) in Coefficient::ALL.into_iter().zip(own) {
-            let Some(own) = own else { continue };
+            let Some(&own) = own else { continue };
             let friction = friction.unwrap_or(self.model.mu);
             let (least, named) = match of {
                 Coefficient::StaticFriction => (friction, format!("the friction, {friction:?},")),
@@ -405,7 +414,7 @@ impl<'a> Builder<'a> {
         let groups = self.groups(entry.groups.take(), entry.collides_with.take())?;
         let name = entry.name.clone().unwrap_or_else(|| format!("terrain-{index}"));
         let friction = entry.friction;
-        self.set_own(&[PartnerModel::Terrain(index)], entry.take_coefficients(), friction)?;
+        self.set_own(&[PartnerModel::Terrain(index)], entry.coefficients(), friction)?;
         self.model.terrains.push(TerrainModel { name, terrain, friction, groups });
         self.register(entry.name, vec![PartnerModel::Terrain(index)])
     }
@@ -565,6 +574,11 @@ const NO_PIECES: &str = "decompose: it has no meaning with pieces or points; lea
 const ONE_SHAPE_OF_A_BODY: &str = "one shape is needed: box, sphere, capsule, cylinder, cone, ellipsoid, hull, mesh, pieces, \
      points or point_mass = true";
 
+/// Error of the core with the field that causes it.
+pub fn of_field(error: &Error) -> String {
+    format!("{}: {error}", field_of(error).unwrap_or("shape"))
+}
+
 fn load(table: LoadTable) -> Result<Option<LoadParameters>, String> {
     let load = table.load()?;
     Ok((!load.is_none()).then(|| LoadParameters::from_load(&load)))
@@ -595,7 +609,7 @@ pub fn placed_piece(
 
 /// Rejects a form that the core does not accept.
 fn refuse_piece(at: &str, placed: &PlacedForm) -> Result<(), String> {
-    let named = |error| match field_of(&error) {
+    let named = |error| match of_field(&error) {
         why if !why.starts_with("shape") => format!("{at}.{why}"),
         _ => format!("{at}.{}: {error}", placed.form.field()),
     };

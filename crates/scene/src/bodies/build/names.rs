@@ -91,11 +91,12 @@ impl Builder<'_> {
     pub(super) fn coefficients(
         &self,
         table: &str,
-        entries: &[PairEntry],
+        entries: Option<&[PairEntry]>,
         largest: f64,
     ) -> Result<Vec<PairModel>, String> {
         let mut all = Vec::new();
-        for (index, PairEntry { between, coefficient }) in entries.iter().enumerate() {
+        for (index, PairEntry { between, coefficient }) in entries.into_iter().flatten().enumerate()
+        {
             let (at, coefficient) = (format!("{table}[{index}]"), *coefficient);
             if !(0.0..=largest).contains(&coefficient) {
                 let why = format!("coefficient is {coefficient:?}; allowed: 0 to {largest}");
