@@ -10,7 +10,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tumble_core::joint::{Drive, GearAxis, JointAxis, Motor};
 use tumble_core::world::constants::extents;
-use tumble_model::Model;
 use tumble_model::failure::Failure;
 use tumble_model::joint::JointModel;
 use tumble_scene::overrides::FieldOverride;
@@ -84,8 +83,7 @@ impl PyScene {
         let mut content =
             Content::parse_with(text, &path, &fields, &robot, &read).map_err(in_python)?;
         if let Some(model) = model {
-            let model = Model::from_text(model).map_err(|why| refused(format!("model: {why}")))?;
-            content = content.with_model(model).map_err(in_python)?;
+            content = content.with_text(model).map_err(|why| refused(format!("model: {why}")))?;
             content.start_index = start_index.unwrap_or(content.start_index);
         }
         Ok(Self { content: Arc::new(content) })
@@ -163,7 +161,8 @@ impl PyScene {
 
     /// Model with position motors on joint axes, as text. They replace other motors of these axes.
     fn motored(&self, motors: Vec<PositionMotor>) -> PyResult<String> {
-        let mut model = self.content.model.clone();
+        let mut content = (*self.content).clone();
+        let model = &mut content.model;
         for PositionMotor(joint, axis, target, stiffness, damping, max_force) in motors {
             let joint = model.joints.get_mut(joint).ok_or_else(|| refused("joint: unknown"))?;
             let driven = joint.kind.driven();
@@ -173,7 +172,7 @@ impl PyScene {
             let motor = Some(Motor::Position { target, stiffness, damping, max_force });
             joint.drives[place] = Drive { motor, force: 0.0, ..joint.drives[place] };
         }
-        model.text().map_err(in_python)
+        content.model_text().map_err(in_python)
     }
 
     /// Step index k of its start.

@@ -130,7 +130,8 @@ fn looks_are_read_back() {
     let visuals = r#"<visual><geometry><mesh filename="prism.obj"/></geometry></visual>
       <visual><origin xyz="0 0 2"/><geometry><sphere radius="0.5"/></geometry></visual>"#;
     let scene = scene_of(&one(visuals));
-    let model = Model::from_text(&model_of(&scene).text().unwrap()).unwrap();
+    let again = scene.clone().with_text(&scene.model_text().unwrap()).unwrap();
+    let model = again.model;
     let (film, again) = (film_of(&scene, model_of(&scene)), film_of(&scene, &model));
     assert_eq!(film.bodies, again.bodies);
     let core = Hull::point(Vector3::new(-0.3, 0.0, 2.0)).unwrap();

@@ -1,12 +1,11 @@
-//! Gears in the form of run.json.
+//! Gears between joints of a model.
 
-use serde::{Deserialize, Serialize};
 use tumble_core::joint::{Drive, Gear, GearAxis, JointAxis};
 
 /// Gear between two joint coordinates: q₀ = r q₁ + c with `ratio` r and `offset` c.
 ///
 /// With a `drive` the equation is not a constraint: the drive acts on q₀ − r q₁ − c.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct GearModel {
     /// Indices into `joints`.
     pub joints: [usize; 2],
@@ -18,7 +17,6 @@ pub struct GearModel {
     /// Offset c (m or rad, unit of the first coordinate).
     pub offset: f64,
     /// Drive that replaces the constraint, in the units of the first coordinate.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drive: Option<Drive>,
 }
 

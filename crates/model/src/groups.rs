@@ -2,7 +2,6 @@
 
 use super::model::{Model, PartnerModel};
 use crate::failure::Failure;
-use serde::{Deserialize, Serialize};
 use strsim::levenshtein as edits;
 use tumble_core::world::{Groups, World};
 
@@ -14,13 +13,11 @@ pub const GROUND: &str = "ground";
 pub const MOST_GROUPS: usize = 62;
 
 /// Collision groups of a body or a fixed piece.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct GroupsModel {
     /// Names of its groups; empty for `default`.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub members: Vec<String>,
     /// Names of the groups that it collides with; absent for all.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub collides_with: Option<Vec<String>>,
 }
 

@@ -1,18 +1,14 @@
-//! Ground, load and rotation in the form of the files.
+//! Ground and load of a model.
 
 use super::failure::Failure;
 use super::fields::{Exactly, Numbers, numbers};
 use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
 use tumble_core::error::Error;
-use tumble_core::mechanics::Rotation;
 use tumble_core::mechanics::load::{Load, Polyline};
-use tumble_core::world::{Impacts, Integrator};
 use tumble_core::world::{Plane, World};
 
 /// Ground n·x = d.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(expecting = "an object with normal and offset")]
+#[derive(Debug, Clone)]
 pub struct PlaneParameters {
     /// Unit normal n, world frame.
     pub normal: Numbers<3>,
@@ -21,8 +17,7 @@ pub struct PlaneParameters {
 }
 
 /// External load.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(expecting = "an object with force, torque and at")]
+#[derive(Debug, Clone)]
 pub struct LoadParameters {
     /// Knots of the force: time (s), then components (N) in the world frame.
     pub force: Vec<Numbers<4>>,
@@ -30,26 +25,6 @@ pub struct LoadParameters {
     pub torque: Vec<Numbers<4>>,
     /// Point where the force acts (m), body frame.
     pub at: Numbers<3>,
-}
-
-/// Discretisation of a run.json without the field, as written by the first versions.
-pub fn unnamed_rotation() -> Rotation {
-    Rotation::Tutorial
-}
-
-/// Integrator of a run.json without the field, as written before there was a choice.
-pub fn unnamed_integrator() -> Integrator {
-    Integrator::Euler
-}
-
-/// True if the field is left out of a run.json.
-pub fn is_euler(integrator: &Integrator) -> bool {
-    *integrator == Integrator::Euler
-}
-
-/// True for impacts within a step, which files do not name.
-pub fn is_stepped(impacts: &Impacts) -> bool {
-    *impacts == Impacts::Stepped
 }
 
 impl Default for PlaneParameters {

@@ -15,13 +15,14 @@ pub enum SceneName {
 
 /// Frame of a start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum StartFrame {
     /// Frame of the world.
     World,
     /// Frame of the ground: z is the plane's normal.
     Ground,
+    /// Frame of the world; the position is the centre of mass.
+    Centre,
 }
 
 /// Solver of contact steps.

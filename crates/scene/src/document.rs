@@ -4,7 +4,8 @@
 //! `[body]` becomes an entry of `[[bodies]]` when the document is built.
 
 use super::bodies::driven::{DrivenEntry, SurfaceEntry};
-use super::bodies::entries::{ApartEntry, BodyEntry, FixedEntry, PairEntry};
+use super::bodies::build::build;
+use super::bodies::entries::{ApartEntry, BodyEntry, Files, FixedEntry, PairEntry};
 use super::bodies::gears::GearEntry;
 use super::bodies::joints::{JointEntry, MotorEntry};
 use super::bodies::robots::RobotEntry;
@@ -14,9 +15,12 @@ use super::coefficients::{table, with_coefficients};
 use super::overrides::FieldOverride;
 use super::tables::{BodyTable, GroundTable, LoadTable, SolverTable, StartTable};
 use serde::Deserialize;
+use std::io;
+use std::path::Path;
 use toml::{Table, Value};
 use tumble_core::mechanics::Rotation;
 use tumble_core::world::{Impacts, Integrator};
+use tumble_model::Model;
 use tumble_model::failure::Failure;
 use tumble_model::fields::{self, Gravity, table_if_any};
 
@@ -59,6 +63,8 @@ with_coefficients!(table, Vec<PairEntry>, Document, "a scenario" {
     pub start: Option<StartTable>,
     #[serde(default, deserialize_with = "table_if_any")]
     pub load: Option<LoadTable>,
+    /// Collision groups that no object may have.
+    pub groups: Option<Vec<String>>,
     pub bodies: Option<Vec<BodyEntry>>,
     pub fixed: Option<Vec<FixedEntry>>,
     pub terrain: Option<Vec<TerrainEntry>>,
@@ -115,6 +121,17 @@ impl Document {
         document.check().map_err(Failure::Input)?;
         document.check_head()?;
         Ok((document, changed))
+    }
+
+    /// Model of a document without files.
+    ///
+    /// # Errors
+    /// The first invalid value.
+    pub fn model(mut self) -> Result<Model, Failure> {
+        self.check().map_err(Failure::Input)?;
+        let none = |_: &Path, _: u64| Err(io::Error::other("files cannot be read here"));
+        let files = Files { folder: Path::new(""), read: &none };
+        build(&mut self, files).map(|built| built.model).map_err(Failure::Input)
     }
 
     /// Rejects flags of contact for a body that floats.

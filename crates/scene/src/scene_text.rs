@@ -6,6 +6,7 @@ use super::document::Document;
 use super::overrides::{FieldOverride, placed};
 use super::scene::Scene;
 use super::settings::RobotSettings;
+use super::written::{document_of, toml_text};
 use std::path::Path;
 use tumble_core::geometry::Piece;
 use tumble_model::ReadFile;
@@ -78,6 +79,23 @@ impl Scene {
             return Err(in_place(Failure::idle("seed", "a scene without random values")));
         }
         Ok(Self { changed, ..scene })
+    }
+
+    /// Document of the bodies and constants of this scene, for [`Scene::with_text`].
+    ///
+    /// # Errors
+    /// A scene that no text can hold.
+    pub fn model_text(&self) -> Result<String, Failure> {
+        Ok(toml_text(&document_of(&self.model, false)?))
+    }
+
+    /// This scene with the bodies and constants of a `text` of [`Scene::model_text`].
+    ///
+    /// # Errors
+    /// The first invalid value.
+    pub fn with_text(self, text: &str) -> Result<Self, Failure> {
+        let (document, _) = Document::from_text(text, &[])?;
+        self.with_model(document.model()?)
     }
 
     /// This scene with one more body at the end of the list.

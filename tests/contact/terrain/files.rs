@@ -4,7 +4,6 @@ use super::*;
 use std::io;
 use std::path::Path;
 use tumble_core::geometry::terrain::TerrainShape;
-use tumble_model::Model;
 use tumble_scene::scene::Scene;
 
 const BALL: &str = "[ground]\nnone = true\nfriction = 0.5\n[[bodies]]\nsphere = 0.1\nmass = 1.0\n\
@@ -77,12 +76,13 @@ fn run_json_has_the_whole_terrain() {
         "[[terrain]]\nmesh = \"sheet.obj\"\nscale = 0.3\nposition = [0.1, 0, -5]\n",
     ] {
         let scene = scene(table).unwrap();
-        let text = scene.model.text().unwrap();
-        assert_eq!(Model::from_text(&text).unwrap().world().unwrap(), scene.world);
+        let text = scene.model_text().unwrap();
+        assert_eq!(scene.clone().with_text(&text).unwrap().world, scene.world);
         let odd = text
-            .replace("\"heights\":\"", "\"heights\":\"!")
-            .replace("\"vertices\":\"", "\"vertices\":\"!");
-        assert!(Model::from_text(&odd).unwrap_err().contains("Base64"));
+            .replace("packed = \"", "packed = \"!")
+            .replace("vertices = \"", "vertices = \"!");
+        let why = scene.with_text(&odd).err().unwrap().to_string();
+        assert!(why.contains("Base64"), "{why}");
     }
 }
 

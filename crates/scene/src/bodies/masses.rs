@@ -64,7 +64,9 @@ pub fn mass_properties(
     solid: Option<SolidModel>,
     entry: &BodyEntry,
 ) -> Result<(f64, Matrix3<f64>, Vector3<f64>), String> {
-    let solid = if solid.is_some() {
+    let has_numbers = entry.inertia.as_ref().is_some_and(|inertia| inertia.matrix().is_some());
+    let has_centre = entry.centre.is_some() || matches!(shape, ModelShape::Points(_));
+    let solid = if solid.is_some() || (entry.mass.is_some() && has_numbers && has_centre) {
         solid
     } else {
         refuse_overlapping_pieces(shape, entry)?;

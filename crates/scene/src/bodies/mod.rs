@@ -8,7 +8,7 @@
 //!    [`World`](tumble_core::world::World).
 //! 3. The initial state is checked: loads, heights, overlaps, joints and gears.
 
-mod build;
+pub mod build;
 mod copies;
 mod decomposed;
 pub mod driven;

@@ -9,7 +9,8 @@ use super::copies::{Copied, MOST_BODIES, MOST_FIXED, copies, name_of};
 use super::decomposed::DecomposedMesh;
 use super::driven::SurfaceEntry;
 use super::entries::{
-    AttitudeEntry, BodyEntry, Files, FixedEntry, Jitter, LookEntry, PieceEntry, SurfaceTable, plain,
+    AttitudeEntry, BodyEntry, Files, FixedEntry, Jitter, LookEntry, LookValue, MeshValue, PieceEntry,
+    plain,
 };
 use super::joints::JointEntries;
 use super::masses::{MILLIMETRES, mass_properties, size_of_large_part};
@@ -29,6 +30,7 @@ use tumble_core::world::Coefficient;
 use tumble_decompose::DecompositionSettings;
 use tumble_model::failure::field_of;
 use tumble_model::fields::Numbers;
+use tumble_model::groups::GroupsModel;
 use tumble_model::parameters::LoadParameters;
 use tumble_model::parameters::plane as plane_parameters;
 use tumble_model::shape::{ModelForm, ModelPlace, ModelShape, PlacedForm};
@@ -96,6 +98,8 @@ pub fn build(file: &mut Document, files: Files<'_>) -> Result<BuiltScene, String
     let model = empty_model(file)?;
     let plane = file.ground.as_ref().map_or(Ok(None), GroundTable::plane)?;
     let mut builder = Builder::new(files, plane, file.seed(), model);
+    let groups = GroupsModel { members: file.groups.take().unwrap_or_default(), ..GroupsModel::default() };
+    builder.model.add_groups(&groups)?;
     let short = file.body.take().zip(file.start.take());
     if let Some((body, start)) = short {
         builder.add_bodies(BODY, body.entry(start, file.load.take()))?;
@@ -245,9 +249,12 @@ impl<'a> Builder<'a> {
     /// Adds the bodies of one `[[bodies]]` table: one body per copy.
     fn add_bodies(&mut self, at: &str, mut entry: BodyEntry) -> Result<(), String> {
         let named = |why: String| format!("{at}.{why}");
-        let unscaled = entry.mesh.clone().filter(|_| entry.scale.is_none());
+        let unscaled = entry.mesh.as_ref().filter(|_| entry.scale.is_none());
+        let unscaled = unscaled.and_then(MeshValue::file).cloned();
+        let known = entry.shape.take().map(|name| self.body_named("shape", &name)).transpose();
+        let known = known.map_err(named)?.map(|body| body.shape);
         let (shape, solid, surface) = match entry.decompose.take() {
-            None => (self.shape(at, &mut entry)?, None, None),
+            None => (self.shape(at, &mut entry, known)?, None, None),
             Some(settings) => {
                 let mesh = self.decomposed(at, &mut entry, &settings)?;
                 self.notes.extend(mesh.note);
@@ -264,9 +271,18 @@ impl<'a> Builder<'a> {
             self.notes.push(format!("{file} is {} m long; {MILLIMETRES}", shown::rounded(length)));
         }
         let load = entry.load.take().map(load).transpose().map_err(named)?.flatten();
-        let look = entry.look.take().map(|parts| self.look(at, parts)).transpose()?.or(surface);
-        let index = self.model.shapes.iter().position(|known| *known == shape);
-        let index = index.unwrap_or(self.model.shapes.len());
+        let look = match (entry.look.take(), surface) {
+            (Some(LookValue::Of(name)), _) => {
+                self.body_named("look", &name).map_err(named)?.look
+            }
+            (Some(LookValue::Parts(parts)), _) => {
+                let look = self.look(at, parts)?;
+                Some(self.add_look(look))
+            }
+            (None, surface) => surface.map(|surface| self.add_look(surface)),
+        };
+        let same = || self.model.shapes.iter().position(|known| *known == shape);
+        let index = known.or_else(same).unwrap_or(self.model.shapes.len());
         let attitude =
             entry.attitude.as_ref().map_or(Ok(Some(ModelPlace::ORIGIN.attitude)), |turned| {
                 turned.quaternion().map_err(|why| named(format!("attitude: {why}")))
@@ -297,15 +313,14 @@ impl<'a> Builder<'a> {
             groups: self.groups(entry.groups.take(), entry.collides_with.take()).map_err(named)?,
             load,
             colour: entry.colour,
-            look: look.map(|look| {
-                self.model.looks.push(look);
-                self.model.looks.len() - 1
-            }),
+            look,
             label: entry.label.take(),
             start: BodyStart::from_state(&State::from_vector(&SVector::zeros())),
             drawn: None,
         };
-        template.rigid_body(&shape).map_err(|error| named(of_field(&error)))?;
+        if !self.model.bodies.last().is_some_and(|last| last.is_like(&template)) {
+            template.rigid_body(&shape).map_err(|error| named(of_field(&error)))?;
+        }
         if index == self.model.shapes.len() {
             self.model.shapes.push(shape);
         }
@@ -321,7 +336,7 @@ impl<'a> Builder<'a> {
                 ground: entry.frame == Some(StartFrame::Ground),
             };
             let place = drawn.place(&mut self.draws);
-            let drawn = drawn.draws().then_some(drawn);
+            let drawn = entry.drawn.clone().or(drawn.draws().then_some(drawn));
             self.drawn |= drawn.is_some();
             let velocity = turned.rotation()
                 * entry.velocity.map_or(Vector3::zeros(), |velocity| velocity.0.into());
@@ -430,6 +445,11 @@ impl<'a> Builder<'a> {
         centre: &Vector3<f64>,
     ) -> Result<State, String> {
         let ground = match (frame, &self.plane) {
+            (Some(StartFrame::Centre), _) => {
+                let ModelPlace { position, attitude } = *place;
+                let (position, attitude) = (position.into(), attitude.into());
+                return Ok(State { position, attitude, velocity, spin });
+            }
             (Some(StartFrame::World) | None, _) => None,
             (Some(StartFrame::Ground), Some(plane)) => Some(plane),
             (Some(StartFrame::Ground), None) => return Err(NO_GROUND.to_owned()),
@@ -438,7 +458,12 @@ impl<'a> Builder<'a> {
     }
 
     /// Collision shape of a `[[bodies]]` table: convex pieces or bare points.
-    fn shape(&self, at: &str, entry: &mut BodyEntry) -> Result<ModelShape, String> {
+    fn shape(
+        &self,
+        at: &str,
+        entry: &mut BodyEntry,
+        known: Option<usize>,
+    ) -> Result<ModelShape, String> {
         let named = |why: String| format!("{at}.{why}");
         let form = entry.take_form().form(&self.files).map_err(named)?;
         let points = match (entry.points.take(), entry.point_mass) {
@@ -446,7 +471,13 @@ impl<'a> Builder<'a> {
             (None, Some(true)) => Some(vec![[0.0; 3]]),
             (points, _) => points.map(plain),
         };
-        match (points, form.is_some() || entry.pieces.is_some()) {
+        let is_formed = form.is_some() || entry.pieces.is_some();
+        if let Some(known) = known {
+            let is_only = points.is_none() && !is_formed;
+            let known = is_only.then(|| self.model.shapes[known].clone());
+            return known.ok_or_else(|| format!("{at}: {ONE_SHAPE_OF_A_BODY}"));
+        }
+        match (points, is_formed) {
             (None, true) => Ok(ModelShape::Pieces(self.pieces(at, form, entry.pieces.take())?)),
             (Some(points), false) => Ok(ModelShape::Points(points)),
             _ => Err(format!("{at}: {ONE_SHAPE_OF_A_BODY}")),
@@ -490,6 +521,17 @@ impl<'a> Builder<'a> {
         }
     }
 
+    /// Earlier body with the name in this field.
+    fn body_named(&self, field: &str, name: &str) -> Result<&BodyModel, String> {
+        let body = self.model.bodies.iter().find(|body| body.name == name);
+        body.ok_or_else(|| format!("{field}: {name:?} is not a body before this one"))
+    }
+
+    fn add_look(&mut self, look: Vec<PlacedForm>) -> usize {
+        self.model.looks.push(look);
+        self.model.looks.len() - 1
+    }
+
     /// Visual shape of a body.
     fn look(&self, at: &str, entries: Vec<LookEntry>) -> Result<Vec<PlacedForm>, String> {
         if entries.is_empty() {
@@ -499,7 +541,7 @@ impl<'a> Builder<'a> {
             let at = format!("{at}.look[{index}]");
             let named = |why: String| format!("{at}.{why}");
             let form = entry.take_form().form(&self.files).map_err(named)?;
-            let surface = entry.surface.take().map(SurfaceTable::form).transpose();
+            let surface = entry.surface.take().map(|own| own.form(0.0)).transpose();
             let surface = surface.map_err(|why| named(format!("surface.{why}")))?;
             let place = placed(entry.position, entry.attitude.as_ref()).map_err(named)?;
             match (form, surface) {

@@ -143,6 +143,12 @@ impl Builder<'_> {
             }
             return Ok(vec![PartnerModel::Ground]);
         }
+        // A written document has the numbers of single pieces.
+        let piece = name.strip_prefix("fixed[").and_then(|rest| rest.strip_suffix(']'));
+        let piece = piece.and_then(|index| index.parse().ok());
+        if let Some(index) = piece.filter(|index| *index < self.model.fixed.len()) {
+            return Ok(vec![PartnerModel::Fixed(index)]);
+        }
         let entry = self.names.iter().find(|named| named.name == name);
         if let Some(named) = entry {
             return Ok(named.partners.clone());
