@@ -188,27 +188,17 @@ fn check_rows(path: &Path, run: RunFile, saved: &Saved) -> Result<(), Failure> {
 
 /// Scene of a run, as far as a continuation needs it.
 pub fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
-    let model = run.model.clone();
+    let (model, contact) = (run.model.clone(), contact_of(&run.solver)?);
+    let world = model.world()?;
     Ok(Scene {
-        name: run.scene.clone(),
         changed: run.changed.clone(),
         seed: run.seed,
         drawn: run.drawn_seed().is_some(),
         start_index: run.start_index,
         rows: run.steps,
         substeps: run.substeps,
-        world: model.world()?,
-        starts: model.states(),
-        loads: model.loads()?,
-        courses: model.courses()?,
-        bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
-        fixed: model.fixed_names().cloned().collect(),
-        joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
-        contact: contact_of(&run.solver)?,
-        robots: Vec::new(),
-        file_notes: Vec::new(),
-        model,
         trajectory: run.trajectory,
+        ..Scene::from_model(run.scene.clone(), model, world, contact)?
     })
 }
 

@@ -18,7 +18,8 @@ pub fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
     } else {
         args.mesh.refuse()?;
         let text = scenario::read_text(&args.file)?;
-        (Scene::parse_with(&text, &args.file, &[], &args.robot, &input::bytes)?, None)
+        let scene = Scene::parse_with(&text, &args.file, &[], &args.robot, &input::bytes);
+        (scene.map_err(Failure::as_flag)?, None)
     };
     let written = written::HEAD.to_owned() + &written::text(&scene)?;
     if written.len() as u64 > LARGEST_FILE {

@@ -65,7 +65,7 @@ pub fn scene(args: &ConvertArgs) -> Result<(Scene, String), Failure> {
         settings.concavity,
     );
     let scene = Scene::parse_with(&text, &args.file, &[], &args.robot, &input::bytes);
-    let scene = scene.map_err(|failure| match failure {
+    let scene = scene.map_err(|failure| match failure.as_flag() {
         Failure::Input(why)
             if why.contains(".mass is ") && sides_of(&mesh).max() > LARGEST_PART =>
         {

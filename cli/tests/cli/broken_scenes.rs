@@ -183,7 +183,7 @@ fn flags_without_effect_are_rejected() {
     let json = fs::read_to_string(directory.path().join("out/run.json")).unwrap();
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
     let model = &json["model"];
-    assert_eq!((&model["dt"], &model["mu"]), (&0.001.into(), &0.2.into()));
+    assert_eq!((&model["time_step"], &model["ground"]["friction"]), (&0.001.into(), &0.2.into()));
     assert_eq!((&model["gravity"][2], &json["steps"]), (&(-3.0).into(), &4.into()));
 }
 

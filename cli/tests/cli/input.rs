@@ -57,47 +57,39 @@ fn with_json(old: &str, new: &str) -> tempfile::TempDir {
     directory
 }
 
+/// First field of the body in run.json.
+const NAME: &str = "\"name\": \"body\"";
+
 #[test]
 fn bad_values_of_a_run_json_name_the_file_and_the_field() {
     let long = format!("\"{}\"", "x".repeat(1 << 20));
     for (old, new, words) in [
         ("\"drop\"", long.as_str(), ["scene", "80 characters"]),
         ("\"ipopt\"", &long, ["solver.name", "80 characters"]),
-        ("\"mass\": 10.0", "\"mass\": -1", ["model.bodies[0]: mass", "1e-9 to 1e9"]),
+        ("\"mass\": 10.0", "\"mass\": -1", ["model.bodies[0].mass", "1e-9 to 1e9"]),
         ("\"mass\": 10.0", "\"mass\": \"10\"", ["model.bodies[0].mass", "expected a number"]),
         ("\"mass\": 10.0", "\"mass\": 1e9", ["model.bodies[0]", "0.01"]),
-        ("\"dt\": 0.002", "\"dt\": 7", ["model.dt", "7"]),
-        ("\"mu\": 0.3", "\"mu\": -3", ["model.mu", "-3"]),
-        ("\"gravity\": [", "\"gravity\": [0,", ["model.gravity", "trailing characters"]),
-        ("\"normal\": [", "\"normal\": [0,", ["model.plane.normal", "length 4"]),
-        (
-            "\"sides\": [",
-            "\"sides\": [0,",
-            ["model.shapes[0].pieces[0].form", "trailing characters"],
-        ),
-        (
-            "\"start\": {\n          \"position\": [",
-            "\"start\": {\n          \"position\": [0,",
-            ["model.bodies[0].start.position", "trailing characters"],
-        ),
-        (
-            "\"attitude\": [",
-            "\"attitude\": [0,",
-            ["model.shapes[0].pieces[0].place.attitude", "trailing characters"],
-        ),
+        ("\"time_step\": 0.002", "\"time_step\": 7", ["model.time_step", "7"]),
+        ("\"friction\": 0.3", "\"friction\": -3", ["model.ground.friction", "-3"]),
+        ("\"gravity\": [", "\"gravity\": [0,", ["model.gravity", "three are needed"]),
+        ("\"normal\": [", "\"normal\": [0,", ["model.ground.normal", "length 4"]),
+        ("\"box\": [", "\"box\": [0,", ["model.bodies[0].pieces[0].box", "three are needed"]),
+        ("\"position\": [", "\"position\": [0,", ["model.bodies[0].position", "length 4"]),
+        ("\"attitude\": [", "\"attitude\": [0,", ["model.bodies[0].attitude", "four numbers"]),
         ("\"drawn\": true", "\"drawn\": 1", ["drawn", "boolean"]),
         ("\"seed\": 42", "\"seed\": -42", ["seed", "-42"]),
-        ("\"load\": null", "\"load\": 7", ["model.bodies[0].load", "force, torque and at"]),
+        (NAME, "\"load\": 7, \"name\": \"body\"", ["model.bodies[0].load", "expected a table"]),
         (
-            "\"load\": null",
-            "\"load\": {\"force\": [[0, 1, 2, 3, 4]], \"torque\": [], \"at\": [0, 0, 0]}",
-            ["model.bodies[0].load.force[0]", "length 5"],
+            NAME,
+            "\"load\": {\"force\": [[0, 1, 2, 3, 4]]}, \"name\": \"body\"",
+            ["model.bodies[0].load.force", "three numbers"],
         ),
         (
-            "\"load\": null",
-            "\"load\": {\"force\": [[0, 1, 2, 1e30]], \"torque\": [], \"at\": [0, 0, 0]}",
-            ["model.force", "1e30"],
+            NAME,
+            "\"load\": {\"force\": [[0, 1, 2, 1e30]]}, \"name\": \"body\"",
+            ["model.bodies[0].load.force", "1e30"],
         ),
+        ("\"format\": 2", "\"format\": 1", ["format of tumble", "run the scene again"]),
     ] {
         let directory = with_json(old, new);
         for command in READERS {

@@ -243,9 +243,9 @@ fn flags_go_before_the_file() {
     let json = fs::read_to_string(directory.path().join("out/run.json")).unwrap();
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!(json["steps"], 7);
-    assert_eq!(json["model"]["dt"], 0.001);
+    assert_eq!(json["model"]["time_step"], 0.001);
     assert_eq!(json["model"]["bodies"][0]["mass"], 3.0);
-    assert_eq!(json["model"]["mu"], 0.4);
+    assert_eq!(json["model"]["ground"]["friction"], 0.4);
     assert_eq!(json["scene"], "test");
     // Solid box of 3 kg with I = m (b² + c²)/12.
     let inertia = json["model"]["bodies"][0]["inertia"][0][0].as_f64().unwrap();
@@ -431,7 +431,7 @@ fn flags_without_effect_on_a_scenario_are_rejected() {
 fn the_description_names_every_field_and_file() {
     let root = Path::new(ROOT);
     let page = fs::read_to_string(root.join("scenarios/README.md")).unwrap();
-    let files = ["file.rs", "tables.rs", "coefficients.rs", "bodies/entries.rs"];
+    let files = ["document.rs", "tables.rs", "coefficients.rs", "bodies/entries.rs"];
     let source = files.map(|file| root.join("crates/scene/src").join(file));
     let source = source.map(|file| fs::read_to_string(file).unwrap()).concat();
     let source = source.replace(", expecting", ")]\n#[serde(expecting");

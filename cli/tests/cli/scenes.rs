@@ -92,7 +92,7 @@ fn every_shipped_scene_of_several_bodies_runs_and_verifies() {
 fn gain_by_turning(done: &Simulated) -> Vec<f64> {
     let (states, contacts) = (table(done, "states"), table(done, "contacts"));
     let json = done.run_json();
-    let h = json["model"]["dt"].as_f64().unwrap();
+    let h = json["model"]["time_step"].as_f64().unwrap();
     let bodies = json["model"]["bodies"].as_array().unwrap().len();
     let vectors = |table: &Table, names: [&str; 3]| -> Vec<Vector3<f64>> {
         let [x, y, z] = names.map(|name| table.numbers(name));
@@ -297,7 +297,7 @@ fn every_shape_has_its_mass_and_verifies() {
         assert!((found - expected).abs() < 1e-15, "{axis}: {found} {expected}");
     }
     // Both friction entries of pairs are in the model.
-    assert_eq!(json["model"]["frictions"].as_array().unwrap().len(), 2);
+    assert_eq!(json["model"]["friction"].as_array().unwrap().len(), 2);
 }
 
 /// A scene without ground runs, verifies and is drawn without ground. A free body falls past the
@@ -334,7 +334,7 @@ fn a_scene_needs_no_ground() {
     assert!((z[2 * 199 + 1] + fallen).abs() < 1e-12, "{}", z[2 * 199 + 1]);
     let json = fs::read_to_string(out.join("run.json")).unwrap();
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
-    assert!(json["model"]["plane"].is_null());
+    assert_eq!(json["model"]["ground"]["none"], true);
     let verified = run(&["verify", out.join("states.csv").to_str().unwrap()]);
     assert_eq!(verified.code, Some(0), "{verified:?}");
 

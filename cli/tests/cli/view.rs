@@ -498,7 +498,9 @@ fn a_single_row_and_a_body_that_is_no_box_have_pages() {
 
     let mut run_json = simulated.run_json();
     let corners: Vec<_> = (0..8).map(|i| [1.0 + f64::from(i), 1.0, 1.0]).collect();
-    run_json["model"]["shapes"][0] = serde_json::json!({ "points": corners });
+    let body = run_json["model"]["bodies"][0].as_object_mut().unwrap();
+    body.remove("pieces");
+    body.insert("points".to_owned(), serde_json::json!(corners));
     fs::write(simulated.path("run.json"), run_json.to_string()).unwrap();
     assert_eq!(view(&[&simulated.path("states.csv")], &[]).code, Some(0));
     let page = Page::read(&simulated.path("view.html"));

@@ -2,7 +2,7 @@
 
 use super::model::{Model, PartnerModel};
 use crate::failure::Failure;
-use strsim::levenshtein as edits;
+use crate::nearest::nearest;
 use tumble_core::world::{Groups, World};
 
 /// Group of bodies and fixed pieces without groups. It is bit 0 of the masks.
@@ -120,14 +120,3 @@ impl Model {
         }
     }
 }
-
-/// The name that differs from `name` by the fewest letters, if these are at most a third of it.
-fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    let most = name.chars().count().div_ceil(3);
-    let ranked = known.map(|other| (edits(name, other), other));
-    ranked.filter(|(edits, _)| *edits <= most).min_by_key(|(edits, _)| *edits).map(|(_, near)| near)
-}
-
-#[cfg(test)]
-#[path = "tests/groups.rs"]
-mod tests;

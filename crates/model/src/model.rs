@@ -3,7 +3,6 @@
 //! Simulation and verification make their worlds here, from the same numbers.
 
 pub use super::drawn::DrawnModel;
-use super::gear::GearModel;
 use super::groups::GroupsModel;
 use super::joint::JointModel;
 use super::shape::{ModelPlace, ModelShape, PlacedForm};
@@ -11,15 +10,13 @@ use super::terrain::TerrainModel;
 use crate::coefficients::{CoefficientsModel, PairModel};
 use crate::colour::{BodyLabel, Colour};
 use crate::failure::Failure;
-use crate::parameters::bouncing;
-use crate::parameters::{LoadParameters, PlaneParameters};
 use nalgebra::Matrix3;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use tumble_core::contact::{Partner, Plane};
 use tumble_core::error::Error;
-use tumble_core::joint::Knots;
+use tumble_core::joint::{Gear, GearAxis, Knots};
 use tumble_core::mechanics::{Load, RigidBody, Rotation, State};
 use tumble_core::world::{
     Coefficient, Fixed, FixedTerrain, Impacts, Integrator, Parameters, StickSpeed, World,
@@ -52,7 +49,7 @@ pub struct Model {
     pub rebound_speed: Option<f64>,
     /// Plane of the ground; null without a ground. A single floating body (solver `rk4`) has a
     /// plane without effect.
-    pub plane: Option<PlaneParameters>,
+    pub plane: Option<Plane>,
     /// Shapes that the bodies refer to.
     pub shapes: Vec<ModelShape>,
     /// Visual shapes of bodies that look different from their collision shapes. Meshes need not be
@@ -71,7 +68,7 @@ pub struct Model {
     /// Joints between bodies.
     pub joints: Vec<JointModel>,
     /// Gears between joints.
-    pub gears: Vec<GearModel>,
+    pub gears: Vec<Gear>,
     /// Surfaces that move or have an axis of friction.
     pub surfaces: Vec<SurfaceModel>,
     /// Pairs that do not collide, in addition to the pairs joined by joints.
@@ -114,31 +111,18 @@ pub struct BodyModel {
     pub touches: bool,
     /// Collision groups.
     pub groups: GroupsModel,
-    /// External load; null without a load.
-    pub load: Option<LoadParameters>,
+    /// External load.
+    pub load: Load,
     /// Colour in pictures; default from a short palette.
     pub colour: Option<Colour>,
     /// Label in pictures instead of the name.
     pub label: Option<BodyLabel>,
     /// Visual shape instead of `shape`, an index into `looks`; in the shape's frame.
     pub look: Option<usize>,
-    /// Initial state.
-    pub start: BodyStart,
+    /// Initial state of the centre of mass.
+    pub start: State,
     /// Random part of the initial state; absent if the start is fixed.
     pub drawn: Option<DrawnModel>,
-}
-
-/// Initial state of the centre of mass, in the world frame except for the spin.
-#[derive(Debug, Clone)]
-pub struct BodyStart {
-    /// Position (m).
-    pub position: [f64; 3],
-    /// Unit quaternion w, x, y, z, body → world.
-    pub attitude: [f64; 4],
-    /// Velocity (m/s).
-    pub velocity: [f64; 3],
-    /// Angular velocity (rad/s), body frame.
-    pub spin: [f64; 3],
 }
 
 /// Fixed convex piece in the world.
@@ -201,10 +185,7 @@ impl Model {
         let fixed = fixed.collect::<Result<_, _>>()?;
         let world = World::new(Parameters {
             bodies: self.rigid_bodies()?,
-            ground: match &self.plane {
-                Some(plane) => Some(Plane::new(plane.normal.0.into(), plane.offset)?),
-                None => None,
-            },
+            ground: self.plane.clone(),
             gravity: self.gravity.into(),
             friction: self.mu,
             time_step: self.dt,
@@ -217,7 +198,11 @@ impl Model {
         let world = world.with_integrator(self.integrator).with_impacts(self.impacts);
         let world = world.with_accuracy(self.accuracy)?;
         let world = world.with_fixed(fixed)?.with_terrains(terrains.collect())?;
-        let world = bouncing(world, Some(self.restitution), self.rebound_speed)?;
+        let world = world.with_restitution(self.restitution)?;
+        let world = match self.rebound_speed {
+            Some(speed) => world.with_rebound_speed(speed)?,
+            None => world,
+        };
         let world = self.frictions.iter().try_fold(world, |world, pair| {
             world.with_friction_between(pair.body, self.partner(pair.partner), pair.coefficient)
         })?;
@@ -260,7 +245,7 @@ impl Model {
     /// `time` (s).
     pub fn start_at(&mut self, states: &[State], time: f64) -> Result<(), Failure> {
         for (body, state) in self.bodies.iter_mut().zip(states) {
-            body.start = BodyStart::from_state(state);
+            body.start = *state;
         }
         for (joint, knots) in self.courses()? {
             self.joints[joint].frames[1] = ModelPlace::from_frame(&knots.at(time));
@@ -281,12 +266,12 @@ impl Model {
             let name = self.joints.get(index).map_or("", |joint| &joint.name);
             Failure::Input(format!("joints[{index}] ({name}): {error}"))
         })?;
-        let gears = || self.gears.iter().map(GearModel::gear);
-        world.clone().with_gears(gears().collect()).map_err(|error| {
+        world.clone().with_gears(self.gears.clone()).map_err(|error| {
             let is_wrong = |gear| world.clone().with_gears(vec![gear]).is_err();
-            let index = gears().position(is_wrong).unwrap_or(0);
+            let index = self.gears.iter().copied().position(is_wrong).unwrap_or(0);
             let name = |k: usize| {
-                let joint = self.gears.get(index).and_then(|gear| self.joints.get(gear.joints[k]));
+                let gear = self.gears.get(index);
+                let joint = gear.and_then(|gear| self.joints.get(gear.axes()[k].joint));
                 joint.map_or("", |joint| &joint.name)
             };
             Failure::Input(format!("gears[{index}] ({}, {}): {error}", name(0), name(1)))
@@ -354,10 +339,11 @@ impl Model {
             let is_left = stays.get(joint).copied().unwrap_or(false);
             is_left.then(|| stays[..joint].iter().filter(|stays| **stays).count())
         };
-        let gear = |gear: &GearModel| {
-            let [first, second] = gear.joints;
-            let joints = [joint_number(first)?, joint_number(second)?];
-            Some(GearModel { joints, ..gear.clone() })
+        let gear = |gear: &Gear| {
+            let axis = |axis: GearAxis| Some(GearAxis { joint: joint_number(axis.joint)?, ..axis });
+            let [first, second] = gear.axes().map(axis);
+            let own = Gear::new(first?, second?, gear.ratio(), gear.offset());
+            Some(gear.drive().map_or(own, |drive| own.with_drive(*drive)))
         };
         self.gears = self.gears.iter().filter_map(gear).collect();
         let joint = |joint: &JointModel| {
@@ -372,35 +358,12 @@ impl Model {
 
     /// States of the bodies at step 0.
     pub fn states(&self) -> Vec<State> {
-        self.bodies.iter().map(|body| body.start.state()).collect()
+        self.bodies.iter().map(|body| body.start).collect()
     }
 
     /// External load of each body.
-    pub fn loads(&self) -> Result<Vec<Load>, Failure> {
-        let load = |body: &BodyModel| body.load.as_ref().map_or(Ok(Load::none()), |l| l.load());
-        self.bodies.iter().map(load).collect()
-    }
-}
-
-impl BodyStart {
-    /// Initial state equal to `state`.
-    pub fn from_state(state: &State) -> Self {
-        Self {
-            position: state.position.into(),
-            attitude: state.attitude.into(),
-            velocity: state.velocity.into(),
-            spin: state.spin.into(),
-        }
-    }
-
-    /// State at step 0.
-    pub fn state(&self) -> State {
-        State {
-            position: self.position.into(),
-            attitude: self.attitude.into(),
-            velocity: self.velocity.into(),
-            spin: self.spin.into(),
-        }
+    pub fn loads(&self) -> Vec<Load> {
+        self.bodies.iter().map(|body| body.load.clone()).collect()
     }
 }
 

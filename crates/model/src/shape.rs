@@ -99,7 +99,7 @@ pub enum ModelForm {
         /// Rounding radius (m).
         radius: f64,
         /// Colour in pictures; default from the body.
-            colour: Option<Colour>,
+        colour: Option<Colour>,
     },
 }
 

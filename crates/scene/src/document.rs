@@ -3,8 +3,8 @@
 //! Scenario files, the tutorial's scenes, flags and Python keywords all end in this type. The short form
 //! `[body]` becomes an entry of `[[bodies]]` when the document is built.
 
-use super::bodies::driven::{DrivenEntry, SurfaceEntry};
 use super::bodies::build::build;
+use super::bodies::driven::{DrivenEntry, SurfaceEntry};
 use super::bodies::entries::{ApartEntry, BodyEntry, Files, FixedEntry, PairEntry};
 use super::bodies::gears::GearEntry;
 use super::bodies::joints::{JointEntry, MotorEntry};

@@ -3,21 +3,21 @@
 //! Its numbers are exact: the world made of it has the same bits.
 
 use super::scene::Scene;
+use nalgebra::Vector3;
 use serde::Serialize;
 use std::collections::HashMap;
 use std::fmt::Write as _;
 use toml::{Table, Value};
 use tumble_core::geometry::terrain::TerrainShape;
-use tumble_core::joint::{Drive, Motor};
+use tumble_core::joint::{Drive, Gear, GearAxis, Motor};
+use tumble_core::mechanics::load::Polyline;
 use tumble_core::mechanics::quaternion::unit;
-use tumble_core::world::Impacts;
+use tumble_core::mechanics::{Load, State};
+use tumble_core::world::{Impacts, Plane};
 use tumble_model::failure::Failure;
-use tumble_model::fields::Numbers;
-use tumble_model::gear::GearModel;
 use tumble_model::groups::GroupsModel;
 use tumble_model::joint::JointModel;
 use tumble_model::packed::{pack_floats, pack_indices};
-use tumble_model::parameters::LoadParameters;
 use tumble_model::shape::{ModelForm, ModelPlace, ModelShape, PlacedForm};
 use tumble_model::{FixedModel, Model, PairModel, PartnerModel, TerrainModel};
 
@@ -165,8 +165,8 @@ fn ground(model: &Model) -> Table {
     let plane = model.plane.as_ref();
     let mut ground = table! {
         "none": plane.is_none().then_some(true),
-        "normal": plane.map(|plane| plane.normal.0),
-        "offset": plane.map(|plane| plane.offset),
+        "normal": plane.map(|plane| <[f64; 3]>::from(*plane.normal())),
+        "offset": plane.map(Plane::offset),
         "friction": model.mu,
     };
     for (law, all) in &model.coefficients {
@@ -211,8 +211,7 @@ fn piece(PlacedForm { form, place }: &PlacedForm, mesh: &str) -> Table {
         }
         ModelForm::Hull { points, radius } => table! { "hull": points, "radius": some(*radius) },
         ModelForm::Mesh { vertices, triangles, radius, colour } => {
-            let own =
-                table! { "vertices": vertices, "triangles": triangles, "colour": colour };
+            let own = table! { "vertices": vertices, "triangles": triangles, "colour": colour };
             let mut table = table! { "radius": some(*radius) };
             table.insert(mesh.to_owned(), own.into());
             table
@@ -256,15 +255,16 @@ fn body<'a>(
         "touches": (!body.touches).then_some(false),
     });
     groups(&mut table, &body.groups);
-    let start = &body.start;
+    let State { position, attitude: turned, velocity, spin } = body.start;
+    let moving = |rate: Vector3<f64>| Some(<[f64; 3]>::from(rate)).filter(|rate| *rate != [0.0; 3]);
     table.extend(table! {
         "frame": "centre",
-        "position": start.position,
-        "attitude": attitude(start.attitude),
-        "velocity": Some(start.velocity).filter(|velocity| *velocity != [0.0; 3]),
-        "spin": Some(start.spin).filter(|spin| *spin != [0.0; 3]),
+        "position": <[f64; 3]>::from(position),
+        "attitude": attitude(turned.into()),
+        "velocity": moving(velocity),
+        "spin": moving(spin),
         "drawn": body.drawn,
-        "load": body.load.as_ref().map(load),
+        "load": (!body.load.is_none()).then(|| load(&body.load)),
         "colour": body.colour,
         "label": body.label,
     });
@@ -280,10 +280,13 @@ fn body<'a>(
     table
 }
 
-fn load(load: &LoadParameters) -> Table {
-    let knots = |knots: &Vec<Numbers<4>>| Some(knots.clone()).filter(|knots| !knots.is_empty());
+fn load(load: &Load) -> Table {
+    let knots = |line: &Polyline| {
+        let knots = line.knots().iter().map(|(time, v)| [*time, v[0], v[1], v[2]]);
+        Some(knots.collect::<Vec<_>>()).filter(|knots| !knots.is_empty())
+    };
     let force = knots(&load.force);
-    let at = force.is_some().then_some(load.at);
+    let at = force.is_some().then(|| <[f64; 3]>::from(*load.point()));
     table! { "force": force, "torque": knots(&load.torque), "at": at }
 }
 
@@ -422,16 +425,18 @@ fn motors(joint: &JointModel) -> impl Iterator<Item = Table> {
     })
 }
 
-fn gear(model: &Model, gear: &GearModel) -> Table {
-    let joints = gear.joints.map(|joint| &model.joints[joint]);
-    let axis = |k: usize| joints[k].kind.driven().iter().find(|(_, axis)| *axis == gear.axes[k]);
-    let axes = [0, 1].map(|k| axis(k).map_or("", |(name, _)| name));
+fn gear(model: &Model, gear: &Gear) -> Table {
+    let axis = |of: &GearAxis| {
+        let driven = model.joints[of.joint].kind.driven();
+        let axis = driven.iter().find(|(_, axis)| GearAxis::new(of.joint, *axis) == *of);
+        axis.map_or("", |(name, _)| name)
+    };
     table! {
-        "joints": joints.map(|joint| &joint.name),
-        "axes": axes,
-        "ratio": gear.ratio,
-        "offset": gear.offset,
-        "drive": gear.drive.as_ref().map(drive_table),
-        "motor": gear.drive.and_then(|drive| drive.motor).as_ref().map(motor_table),
+        "joints": gear.axes().each_ref().map(|of| &model.joints[of.joint].name),
+        "axes": gear.axes().each_ref().map(axis),
+        "ratio": gear.ratio(),
+        "offset": gear.offset(),
+        "drive": gear.drive().map(drive_table),
+        "motor": gear.drive().and_then(|drive| drive.motor).as_ref().map(motor_table),
     }
 }

@@ -78,9 +78,8 @@ fn run_json_has_the_whole_terrain() {
         let scene = scene(table).unwrap();
         let text = scene.model_text().unwrap();
         assert_eq!(scene.clone().with_text(&text).unwrap().world, scene.world);
-        let odd = text
-            .replace("packed = \"", "packed = \"!")
-            .replace("vertices = \"", "vertices = \"!");
+        let odd =
+            text.replace("packed = \"", "packed = \"!").replace("vertices = \"", "vertices = \"!");
         let why = scene.with_text(&odd).err().unwrap().to_string();
         assert!(why.contains("Base64"), "{why}");
     }

@@ -198,7 +198,9 @@ fn unusual_runs_have_working_pages() {
     let run = fs::read_to_string(points.join("run.json")).unwrap();
     let mut run: Value = serde_json::from_str(&run).unwrap();
     let corners: Vec<_> = (0..8).map(|i| [f64::from(i) - 2.0, 1.0, 1.0]).collect();
-    run["model"]["shapes"][0] = serde_json::json!({ "points": corners });
+    let body = run["model"]["bodies"][0].as_object_mut().unwrap();
+    body.remove("pieces");
+    body.insert("points".to_owned(), serde_json::json!(corners));
     run["scene"] = "</script><script>document.title = 'broken'</script>".into();
     fs::write(points.join("run.json"), run.to_string()).unwrap();
     tumble(&["view", points.join("states.csv").to_str().unwrap()], 0);

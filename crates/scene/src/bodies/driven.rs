@@ -175,7 +175,7 @@ fn refuse_elsewhere(joint: &JointModel, body: &BodyModel, start: f64) -> Result<
     let [own, _] = joint.frames;
     let frames = [own.frame(), knots.at(start)];
     let there = tumble_core::joint::Joint::fixed(0, None, frames);
-    let (place, turn) = there.error(&[body.start.state()]).unwrap_or((f64::NAN, f64::NAN));
+    let (place, turn) = there.error(&[body.start]).unwrap_or((f64::NAN, f64::NAN));
     // Written so that a NaN is rejected.
     let fits = place.max(turn) <= JOINT_AT_THE_START;
     if fits {

@@ -73,25 +73,14 @@ fn scene_from_built(
         contact.solver(&world)?;
     }
     let scene = Scene {
-        name,
-        changed: Vec::new(),
         seed: document.seed(),
         drawn,
         start_index: document.start_index,
         rows: document.steps,
-        substeps: 1,
-        world,
-        courses: model.courses()?,
-        starts: model.states(),
-        loads: model.loads()?,
-        bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
-        fixed: model.fixed_names().cloned().collect(),
-        joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
-        contact,
         robots,
         file_notes: notes,
-        model,
         trajectory: solver.preset.is_some(),
+        ..Scene::from_model(name, model, world, contact)?
     };
     (0..scene.bodies.len()).try_for_each(|index| refuse_violent_load(&scene, index))?;
     refuse_violent_start(&scene)?;

@@ -169,7 +169,7 @@ fn lowest(model: &Model, plane: &Plane) -> Result<f64, String> {
     let mut lowest = f64::INFINITY;
     for body in model.bodies.iter().filter(|body| body.touches) {
         let made = body.rigid_body(&model.shapes[body.shape]).map_err(|error| error.to_string())?;
-        let pose = body.start.state().pose();
+        let pose = body.start.pose();
         for point in made.contact_points() {
             let at: Vector3<f64> = pose.position + pose.rotation * point.position;
             let normal = pose.rotation.tr_mul(plane.normal());

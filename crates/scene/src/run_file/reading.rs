@@ -54,11 +54,12 @@ impl RunFile {
                 shown::line(&of.unwrap_or_default())
             )));
         }
-        let mut file: Self = fields::json(text).map_err(|why| match why.strip_prefix("model: ") {
-            // The model's own error begins with a field.
-            Some(why) => invalid(&format!("model.{why}")),
-            None => invalid(&why),
-        })?;
+        let mut file: Self =
+            fields::json(text).map_err(|why| match why.strip_prefix("model: ") {
+                // The model's own error begins with a field.
+                Some(why) => invalid(&format!("model.{why}")),
+                None => invalid(&why),
+            })?;
         file.seal = seal_of(text);
         if let Some(field) = file.missing() {
             return Err(invalid(&format!("missing field `{field}`")));

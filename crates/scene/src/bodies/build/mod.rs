@@ -9,8 +9,8 @@ use super::copies::{Copied, MOST_BODIES, MOST_FIXED, copies, name_of};
 use super::decomposed::DecomposedMesh;
 use super::driven::SurfaceEntry;
 use super::entries::{
-    AttitudeEntry, BodyEntry, Files, FixedEntry, Jitter, LookEntry, LookValue, MeshValue, PieceEntry,
-    plain,
+    AttitudeEntry, BodyEntry, Files, FixedEntry, Jitter, LookEntry, LookValue, MeshValue,
+    PieceEntry, plain,
 };
 use super::joints::JointEntries;
 use super::masses::{MILLIMETRES, mass_properties, size_of_large_part};
@@ -22,7 +22,6 @@ use crate::tables::{GroundTable, LoadTable, Random};
 use nalgebra::{SVector, Vector3};
 use names::Named;
 use std::collections::BTreeMap;
-use tumble_core::contact::Plane;
 use tumble_core::error::Error;
 use tumble_core::mechanics::State;
 use tumble_core::simulation::random::Draws;
@@ -31,13 +30,11 @@ use tumble_decompose::DecompositionSettings;
 use tumble_model::failure::field_of;
 use tumble_model::fields::Numbers;
 use tumble_model::groups::GroupsModel;
-use tumble_model::parameters::LoadParameters;
-use tumble_model::parameters::plane as plane_parameters;
 use tumble_model::shape::{ModelForm, ModelPlace, ModelShape, PlacedForm};
 use tumble_model::shown::{self, checked_name};
 use tumble_model::{
-    ApartModel, BodyModel, BodyStart, CoefficientsModel, FixedModel, Model, PartnerModel,
-    SurfaceModel, TerrainModel,
+    ApartModel, BodyModel, CoefficientsModel, FixedModel, Model, PartnerModel, SurfaceModel,
+    TerrainModel,
 };
 use tumble_model::{DrawnModel, state_at};
 
@@ -77,7 +74,7 @@ pub fn empty_model(document: &Document) -> Result<Model, String> {
         stick_speed: ground.and_then(|ground| ground.stick_speed.clone()),
         restitution: ground.and_then(|ground| ground.restitution).unwrap_or_default(),
         rebound_speed: ground.and_then(|ground| ground.rebound_speed),
-        plane: plane.as_ref().map(plane_parameters),
+        plane,
         shapes: Vec::new(),
         looks: Vec::new(),
         bodies: Vec::new(),
@@ -96,9 +93,9 @@ pub fn empty_model(document: &Document) -> Result<Model, String> {
 /// Converts the tables of `file` to a model, and takes them.
 pub fn build(file: &mut Document, files: Files<'_>) -> Result<BuiltScene, String> {
     let model = empty_model(file)?;
-    let plane = file.ground.as_ref().map_or(Ok(None), GroundTable::plane)?;
-    let mut builder = Builder::new(files, plane, file.seed(), model);
-    let groups = GroupsModel { members: file.groups.take().unwrap_or_default(), ..GroupsModel::default() };
+    let mut builder = Builder::new(files, file.seed(), model);
+    let groups =
+        GroupsModel { members: file.groups.take().unwrap_or_default(), ..GroupsModel::default() };
     builder.model.add_groups(&groups)?;
     let short = file.body.take().zip(file.start.take());
     if let Some((body, start)) = short {
@@ -200,8 +197,6 @@ pub fn build(file: &mut Document, files: Files<'_>) -> Result<BuiltScene, String
 ///
 /// A body without a name gets the first free one.
 pub fn with_body(model: Model, mut entry: BodyEntry, files: Files<'_>) -> Result<Model, String> {
-    let plane = model.plane.as_ref().map(|plane| Plane::new(plane.normal.0.into(), plane.offset));
-    let plane = plane.transpose().map_err(|error| error.to_string())?;
     let number = model.bodies.len();
     if entry.copies.is_some() || entry.ring.is_some() {
         return Err("copies: not supported here; add one body at a time".to_owned());
@@ -209,7 +204,7 @@ pub fn with_body(model: Model, mut entry: BodyEntry, files: Files<'_>) -> Result
     let is_free = |name: &String| model.bodies.iter().all(|body| body.name != *name);
     let free = (number..).map(|number| format!("body-{number}")).find(is_free);
     entry.name = entry.name.or(free);
-    let mut builder = Builder::new(files, plane, USUAL_SEED, model);
+    let mut builder = Builder::new(files, USUAL_SEED, model);
     builder.add_bodies("body", entry)?;
     if builder.drawn {
         return Err("body: random starts are not supported here; give numbers".to_owned());
@@ -224,8 +219,6 @@ pub fn with_body(model: Model, mut entry: BodyEntry, files: Files<'_>) -> Result
 /// Model under construction.
 struct Builder<'a> {
     files: Files<'a>,
-    /// Plane of the ground; `None` without a ground.
-    plane: Option<Plane>,
     /// Random numbers of the seed, for random attitudes and jitter.
     draws: Draws,
     /// True if a start was drawn.
@@ -240,10 +233,10 @@ struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    fn new(files: Files<'a>, plane: Option<Plane>, seed: u32, model: Model) -> Self {
+    fn new(files: Files<'a>, seed: u32, model: Model) -> Self {
         let (names, merged, notes) = (Vec::new(), BTreeMap::new(), Vec::new());
         let draws = Draws::new(seed);
-        Self { files, plane, draws, drawn: false, names, merged, notes, model }
+        Self { files, draws, drawn: false, names, merged, notes, model }
     }
 
     /// Adds the bodies of one `[[bodies]]` table: one body per copy.
@@ -270,11 +263,9 @@ impl<'a> Builder<'a> {
         if let Some((file, length)) = large {
             self.notes.push(format!("{file} is {} m long; {MILLIMETRES}", shown::rounded(length)));
         }
-        let load = entry.load.take().map(load).transpose().map_err(named)?.flatten();
+        let load = entry.load.take().map(LoadTable::load).transpose().map_err(named)?;
         let look = match (entry.look.take(), surface) {
-            (Some(LookValue::Of(name)), _) => {
-                self.body_named("look", &name).map_err(named)?.look
-            }
+            (Some(LookValue::Of(name)), _) => self.body_named("look", &name).map_err(named)?.look,
             (Some(LookValue::Parts(parts)), _) => {
                 let look = self.look(at, parts)?;
                 Some(self.add_look(look))
@@ -311,11 +302,11 @@ impl<'a> Builder<'a> {
             restitution: entry.restitution,
             touches: entry.touches.unwrap_or(true),
             groups: self.groups(entry.groups.take(), entry.collides_with.take()).map_err(named)?,
-            load,
+            load: load.unwrap_or_default(),
             colour: entry.colour,
             look,
             label: entry.label.take(),
-            start: BodyStart::from_state(&State::from_vector(&SVector::zeros())),
+            start: State::from_vector(&SVector::zeros()),
             drawn: None,
         };
         if !self.model.bodies.last().is_some_and(|last| last.is_like(&template)) {
@@ -343,7 +334,6 @@ impl<'a> Builder<'a> {
             let spin = entry.spin.map_or(Vector3::zeros(), |spin| spin.0.into());
             let start = self.start(entry.frame, &place, velocity, spin, &centre).map_err(named)?;
             start.checked().map_err(|error| named(of_field(&error)))?;
-            let start = BodyStart::from_state(&start);
             let index = self.model.bodies.len();
             let name = name_of(entry.name.as_deref(), "body", index, number, count);
             partners.push(PartnerModel::Body(index));
@@ -444,7 +434,7 @@ impl<'a> Builder<'a> {
         spin: Vector3<f64>,
         centre: &Vector3<f64>,
     ) -> Result<State, String> {
-        let ground = match (frame, &self.plane) {
+        let ground = match (frame, &self.model.plane) {
             (Some(StartFrame::Centre), _) => {
                 let ModelPlace { position, attitude } = *place;
                 let (position, attitude) = (position.into(), attitude.into());
@@ -619,11 +609,6 @@ const ONE_SHAPE_OF_A_BODY: &str = "one shape is needed: box, sphere, capsule, cy
 /// Error of the core with the field that causes it.
 pub fn of_field(error: &Error) -> String {
     format!("{}: {error}", field_of(error).unwrap_or("shape"))
-}
-
-fn load(table: LoadTable) -> Result<Option<LoadParameters>, String> {
-    let load = table.load()?;
-    Ok((!load.is_none()).then(|| LoadParameters::from_load(&load)))
 }
 
 /// Rejects a coefficient of friction out of range.

@@ -138,7 +138,7 @@ impl Builder<'_> {
     /// Objects with this name.
     pub(super) fn find(&self, name: &str) -> Result<Vec<PartnerModel>, String> {
         if name == "ground" {
-            if self.plane.is_none() {
+            if self.model.plane.is_none() {
                 return Err("there is no ground".to_owned());
             }
             return Ok(vec![PartnerModel::Ground]);
