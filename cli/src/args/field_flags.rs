@@ -172,6 +172,11 @@ impl FieldFlags {
     }
 }
 
+/// Value of a flag. It may begin with a minus, but is not another flag.
+fn value_of(text: &str) -> Result<String, &'static str> {
+    if text.starts_with("--") { Err("a value is needed") } else { Ok(text.to_owned()) }
+}
+
 impl Args for FieldFlags {
     fn augment_args(mut command: Command) -> Command {
         for (heading, flags) in FLAGS {
@@ -180,7 +185,7 @@ impl Args for FieldFlags {
                 let arg = arg.help_heading(heading).allow_hyphen_values(true);
                 let arg = if *flag == "steps" { arg.short('s') } else { arg };
                 command = command.arg(match words {
-                    [] => arg,
+                    [] => arg.value_parser(value_of),
                     words => arg.value_parser(PossibleValuesParser::new(*words)),
                 });
             }

@@ -226,7 +226,7 @@ fn invalid_continuations_are_rejected_in_one_sentence() {
     let json = places.path("run").join("run.json");
     unseal(&json);
     let text = fs::read_to_string(&json).unwrap();
-    fs::write(&json, text.replace("\"mu\": 0.3", "\"mu\": 0.31")).unwrap();
+    fs::write(&json, text.replace("\"friction\": 0.3", "\"friction\": 0.31")).unwrap();
     refused(&on, &["state.bin", "another world"]);
     fs::write(&json, &text).unwrap();
     places.run(&["--solver", "native", "--steps", "35"], "other");

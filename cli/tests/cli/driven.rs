@@ -179,7 +179,7 @@ fn changed_prescribed_motion_or_belt_fails_verify() {
         assert!(end.stdout.contains(words), "{path}: {end:?}");
     };
     judged(
-        "/model/joints/0/course/times/2",
+        "/model/driven/0/course/times/2",
         1.3,
         "does not match the places or motion of its bodies",
     );

@@ -169,7 +169,7 @@ fn position_out_of_range_fails_verify_on_a_slope() {
 fn load_that_throws_the_body_out_of_range_is_rejected() {
     for flags in [["--set", "load.force=1e9,0,0"], ["--set", "load.torque=1e7,0,0"]] {
         let end: End = tumble().args(flags).output().unwrap().into();
-        end.assert_refused(2, &["--set load", "allowed: up to 1e4"]);
+        end.assert_refused(2, &["--set load.", "allowed: up to 1e4"]);
     }
 }
 

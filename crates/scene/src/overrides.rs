@@ -44,8 +44,7 @@ impl FieldOverride {
 
     /// The value, if it is a number other than zero.
     pub fn is_nonzero(&self) -> bool {
-        let number = self.value.as_float().or(self.value.as_integer().map(|whole| whole as f64));
-        number.is_some_and(|number| number != 0.0)
+        number(&self.value).is_some_and(|number| number != 0.0)
     }
 
     /// The value, if it is a whole number.
@@ -78,8 +77,10 @@ impl FieldOverride {
     /// True if an error about the field `name` is one of this value.
     fn is_cause(&self, name: &str) -> bool {
         let name = name.replace('[', ".").replace(']', "");
+        // The short form of one body has its fields in two tables.
+        let own = ["body.", "start."].into_iter().find_map(|table| self.path.strip_prefix(table));
         let rest = name.strip_prefix(self.path.as_str());
-        rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        own == Some(&*name) || rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
     }
 
     /// Path of the field.
@@ -116,12 +117,22 @@ impl FieldOverride {
             };
         }
         let before = at.insert(field.to_owned(), self.value.clone());
-        let number = |value: &Value| value.as_float().or(value.as_integer().map(|n| n as f64));
-        let is_same = |before: &Value| {
-            *before == self.value
-                || number(before).is_some_and(|before| Some(before) == number(&self.value))
-        };
-        Ok(!before.as_ref().is_some_and(is_same))
+        Ok(!before.as_ref().is_some_and(|before| is_same(before, &self.value)))
+    }
+}
+
+/// A number, whole or not.
+fn number(value: &Value) -> Option<f64> {
+    value.as_float().or(value.as_integer().map(|whole| whole as f64))
+}
+
+/// True if both are the same value, or the same numbers.
+fn is_same(a: &Value, b: &Value) -> bool {
+    match (a, b) {
+        (Value::Array(a), Value::Array(b)) => {
+            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| is_same(a, b))
+        }
+        _ => a == b || number(a).is_some_and(|a| Some(a) == number(b)),
     }
 }
 

@@ -139,8 +139,9 @@ fn refuse_violent_load(scene: &Scene, index: usize) -> Result<(), Failure> {
     let Some((unit, gained)) = gained.into_iter().find(|(_, gained)| *gained > MOST_GAINED) else {
         return Ok(());
     };
+    let is_turned = unit == "rad/s" && torque > 0.0;
     Err(Failure::setting(
-        "load",
+        if is_turned { "load.torque" } else { "load.force" },
         format!(
             "one step of the load of {} would change its velocity by {gained:.1e} {unit}; allowed: \
              up to {MOST_GAINED:e} {unit}",
