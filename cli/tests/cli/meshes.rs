@@ -176,7 +176,7 @@ fn wrong_fields_and_meshes_are_refused() {
         ("decompose = { pieces = 24 }", "decompose = {}\nradius = 0.1", "bodies[0].radius"),
         ("decompose = { pieces = 24 }", "decompose = {}\nbox = 1", "already `box`"),
         ("decompose = { pieces = 24 }", "decompose = {}\npoint_mass = true", "bodies[0].decompose"),
-        ("mesh = \"bowl.obj\"", "sphere = 1", "without `mesh`"),
+        ("mesh = \"bowl.obj\"", "sphere = 1", "without a `mesh` file"),
         ("decompose = { pieces = 24 }", "", "decompose it into convex pieces"),
         ("\"bowl.obj\"", "\"open.obj\"", "the mesh is open"),
         ("\"bowl.obj\"", "\"none.obj\"", "none.obj"),

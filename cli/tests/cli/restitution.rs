@@ -12,7 +12,7 @@ fn a_run_that_bounces_says_so_and_verifies() {
     let simulated = simulate(&args);
     assert_eq!(simulated.end.code, Some(0), "{:?}", simulated.end);
     assert!(
-        simulated.end.stdout.contains("with changed restitution, inertia"),
+        simulated.end.stdout.contains("with changed restitution, body.inertia"),
         "{:?}",
         simulated.end
     );

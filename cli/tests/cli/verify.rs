@@ -126,7 +126,7 @@ fn other_files_are_rejected_as_tables() {
 #[test]
 fn the_time_step_of_another_run_is_refused() {
     let directory = contact_files();
-    let json = contact_run()[3].replace("\"dt\": 0.002", "\"dt\": 0.004");
+    let json = contact_run()[3].replace("\"time_step\": 0.002", "\"time_step\": 0.004");
     fs::write(directory.path().join("run.json"), json).unwrap();
     verify(directory.path(), &[])
         .assert_refused(2, &["step 1, interval 0 has time_s = 0.002", "0.004 s"]);

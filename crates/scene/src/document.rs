@@ -39,7 +39,7 @@ const OF_FLOATING: [&str; 5] = ["steps", "start_index", "seed", "time_step", "gr
 // Scenario file: `[[bodies]]` and its related tables, or `[body]`, `[start]` and `[load]` for one body.
 with_coefficients!(table, Vec<PairEntry>, Document, "a scenario" {
     pub name: Option<String>,
-    /// Number of rows of a run: one more than steps.
+    /// Number of rows of a run, one more than steps.
     #[serde(default = "usual_rows")]
     pub steps: u64,
     #[serde(default)]
