@@ -95,7 +95,7 @@ impl Session {
 }
 
 /// True if a load is zero from `time` (s) on.
-fn has_ended(load: &Load, time: f64) -> bool {
+pub(crate) fn has_ended(load: &Load, time: f64) -> bool {
     let mut last = [&load.force, &load.torque].into_iter().filter_map(|line| line.knots().last());
     last.all(|(end, value)| *end <= time && *value == Vector3::zeros())
 }

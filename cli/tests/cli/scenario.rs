@@ -352,11 +352,7 @@ const BROKEN: [(&str, &str, &[&str]); 52] = [
     ("[body]", "gravity = [0, 0, -9.81, 0]\n[body]", &["gravity", "three"]),
     ("[body]", "[load]\nforce = [[0, 1, 2, 3, 4]]\n[body]", &["load.force", "knots [t, x, y, z]"]),
     ("[body]", "[load]\nforce = [1, 0, 0]\nat = [0, 0, 0, 1]\n[body]", &["load.at", "length 4"]),
-    (
-        "[body]",
-        "[load]\nforce = [1e9, 0, 0]\n[body]",
-        &["load.", "body", "allowed: up to 1e4"],
-    ),
+    ("[body]", "[load]\nforce = [1e9, 0, 0]\n[body]", &["load.", "body", "allowed: up to 1e4"]),
     (
         "[body]",
         "[solver]\nname = \"ipopt\"\ntolerance = 1e-16\n[body]",
