@@ -26,7 +26,7 @@ const NEGLIGIBLE: f64 = 1e-9;
 
 /// Checks the scene and prints a report.
 pub fn run(args: &CheckArgs) -> Result<Outcome, Failure> {
-    let scene = scene::from_args(&args.setup, &args.cube)?;
+    let scene = scene::from_args(&args.setup)?;
     let results = first_steps(&scene)?;
     let mut text = format!("{} is valid\n", shown::line(&scene.name));
     text += &content(&scene);

@@ -22,8 +22,8 @@ use tumble_scene::choices::{DetectionName, OnFailure, Preset, SolverName};
 use tumble_scene::output::tables::Table;
 use tumble_scene::row_selection::RowSelection;
 use tumble_scene::run_file::{RunFile, SolverSettings};
-use tumble_scene::settings::SolverTable;
 use tumble_scene::solver_choice::SolverChoice;
+use tumble_scene::solver_choice::SolverTable;
 
 /// Largest accepted state, bytes: a thousand times the state of the largest scenes.
 const LARGEST_STATE: u64 = 1 << 32;
@@ -49,14 +49,7 @@ impl<'a> Continued<'a> {
             Some(found) => found,
             None => ended_in(directory)?,
         };
-        let in_run_file = |failure: Failure| match failure {
-            Failure::Setting { name, why } => {
-                Failure::Input(format!("{}: {name}: {why}", shown::path(&path)))
-            }
-            Failure::Input(why) => Failure::Input(format!("{}: {why}", shown::path(&path))),
-            other => other,
-        };
-        let mut scene = scene_of(&run).map_err(in_run_file)?;
+        let mut scene = scene_of(&run).map_err(|failure| failure.in_file(&path))?;
         let SavedState { file, saved, notes } = state;
         let steps = saved.index().checked_sub(scene.start_index).ok_or_else(|| {
             let (k, start) = (saved.index(), scene.start_index);
@@ -65,7 +58,7 @@ impl<'a> Continued<'a> {
                 &format!("it is at k = {k}, before the start of its run at k = {start}"),
             )
         })?;
-        if let Some(rows) = args.setup.scene.steps {
+        if let Some(rows) = args.setup.steps()? {
             // Every whole step has one row, also with substeps.
             scene.rows = (rows - 1).saturating_mul(run.substeps).saturating_add(1);
         }
@@ -75,7 +68,7 @@ impl<'a> Continued<'a> {
                 "{} already has {rows} rows, which --steps includes; allowed: {rows} or more",
                 shown::path(directory)
             );
-            return Err(Failure::setting("steps", why));
+            return Err(Failure::setting("steps", why).as_flag());
         }
         let selection = run.kept.clone();
         if run.outcome != UNFINISHED {
@@ -195,27 +188,17 @@ fn check_rows(path: &Path, run: RunFile, saved: &Saved) -> Result<(), Failure> {
 
 /// Scene of a run, as far as a continuation needs it.
 pub fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
-    let model = run.model.clone();
+    let (model, contact) = (run.model.clone(), contact_of(&run.solver)?);
+    let world = model.world()?;
     Ok(Scene {
-        name: run.scene.clone(),
         changed: run.changed.clone(),
         seed: run.seed,
         drawn: run.drawn_seed().is_some(),
         start_index: run.start_index,
         rows: run.steps,
         substeps: run.substeps,
-        world: model.world()?,
-        starts: model.states(),
-        loads: model.loads()?,
-        courses: model.courses()?,
-        bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
-        fixed: model.fixed_names().cloned().collect(),
-        joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
-        contact: contact_of(&run.solver)?,
-        robots: Vec::new(),
-        file_notes: Vec::new(),
-        model,
         trajectory: run.trajectory,
+        ..Scene::from_model(run.scene.clone(), model, world, contact)?
     })
 }
 

@@ -9,18 +9,17 @@ use super::{converted_mesh, input, scenario};
 use std::path::Path;
 use tumble_model::shown;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 use tumble_scene::{LARGEST_FILE, written};
 
 pub fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
-    let flags = Settings { robot: args.robot.clone(), ..Settings::default() };
     let (scene, report) = if converted_mesh::is_mesh(&args.file) {
-        let (scene, report) = converted_mesh::scene(args, flags)?;
+        let (scene, report) = converted_mesh::scene(args)?;
         (scene, Some(report))
     } else {
         args.mesh.refuse()?;
         let text = scenario::read_text(&args.file)?;
-        (Scene::parse_with(&text, &args.file, flags, &[], &input::bytes)?, None)
+        let scene = Scene::parse_with(&text, &args.file, &[], &args.robot, &input::bytes);
+        (scene.map_err(Failure::as_flag)?, None)
     };
     let written = written::HEAD.to_owned() + &written::text(&scene)?;
     if written.len() as u64 > LARGEST_FILE {

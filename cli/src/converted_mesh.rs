@@ -2,16 +2,14 @@
 
 use super::args::{ConvertArgs, MeshArgs};
 use super::input;
-use super::outcome::Failure;
+use super::outcome::{Failure, refuse_flags};
 use nalgebra::Vector3;
 use std::path::Path;
 use tumble_core::geometry::mesh::Mesh;
 use tumble_decompose::DecompositionSettings;
-use tumble_model::failure::refuse_flags;
 use tumble_model::shown;
 use tumble_scene::LARGEST_PART;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 use tumble_scene::written::quoted;
 
 /// Density without `--density` (kg/m³): that of water.
@@ -50,7 +48,7 @@ pub fn is_mesh(path: &Path) -> bool {
 }
 
 /// Scene in which the mesh lies on level ground, and a report on its pieces.
-pub fn scene(args: &ConvertArgs, flags: Settings) -> Result<(Scene, String), Failure> {
+pub fn scene(args: &ConvertArgs) -> Result<(Scene, String), Failure> {
     let settings = args.mesh.settings()?;
     let scale = args.mesh.scale.unwrap_or(1.0);
     let mesh = tumble_scene::read_mesh(&args.file, scale, &input::bytes)?;
@@ -66,8 +64,8 @@ pub fn scene(args: &ConvertArgs, flags: Settings) -> Result<(Scene, String), Fai
         settings.resolution,
         settings.concavity,
     );
-    let scene = Scene::parse_with(&text, &args.file, flags, &[], &input::bytes);
-    let scene = scene.map_err(|failure| match failure {
+    let scene = Scene::parse_with(&text, &args.file, &[], &args.robot, &input::bytes);
+    let scene = scene.map_err(|failure| match failure.as_flag() {
         Failure::Input(why)
             if why.contains(".mass is ") && sides_of(&mesh).max() > LARGEST_PART =>
         {

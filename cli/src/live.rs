@@ -1,6 +1,6 @@
 //! A run that one can touch: the page of the playground, with the steps computed here.
 
-use super::args::SimulateArgs;
+use super::args::{SetupArgs, SimulateArgs};
 use super::continued;
 use super::outcome::{Failure, refuse_flags};
 use super::output;
@@ -12,7 +12,6 @@ use std::sync::atomic::AtomicBool;
 use tumble_model::shown;
 use tumble_playground::request::Program;
 use tumble_playground::server::Server;
-use tumble_scene::choices::SolverName;
 
 /// Maximum number of rows of a run.
 const MOST_ROWS: u64 = 10_000_000;
@@ -66,7 +65,7 @@ impl Live {
 /// Scene of the run of `--from`, at its moment `--at`; `None` without them.
 pub fn taken_over(args: &SimulateArgs) -> Result<Option<Scene>, Failure> {
     let Some(path) = &args.live.from else { return Ok(None) };
-    let given = [args.setup.given(), args.cube.given()].concat();
+    let given = args.setup.given();
     let flags: Vec<_> = given.iter().map(|flag| (*flag, true)).collect();
     refuse_flags("--from, whose run has it", &flags)?;
     let mut recording = Recording::open(path)?;
@@ -82,7 +81,7 @@ pub fn taken_over(args: &SimulateArgs) -> Result<Option<Scene>, Failure> {
     let (index, states) = moment.ok_or_else(|| recording.invalid(&"it has no rows"))?;
     if let Some(requested) = args.live.at.filter(|requested| *requested != index) {
         let why = format!("{} has no row k = {requested}; give one of its rows", shown::path(path));
-        return Err(Failure::setting("at", why));
+        return Err(Failure::setting("at", why).as_flag());
     }
     let mut model = scene.model.clone();
     model.start_at(&states, index as f64 * scene.world.time_step())?;
@@ -99,16 +98,16 @@ fn recorded(program: &Program) -> Result<Scene, Failure> {
 
 /// Refuses flags that a live run does not have.
 fn check(args: &SimulateArgs) -> Result<(), Failure> {
-    let solver = &args.setup.solver;
+    let SetupArgs { solver, fields, .. } = &args.setup;
     let flags = [
-        ("--solver ipopt", solver.solver == Some(SolverName::Ipopt)),
-        ("--preset", solver.preset.is_some()),
-        ("--residual", solver.residual.is_some()),
-        ("--threads", solver.threads.is_some()),
-        ("--substeps", solver.substeps.is_some()),
-        ("--on-failure", solver.on_failure.is_some()),
-        ("--steps", args.setup.scene.steps.is_some()),
-        ("--export-problems", args.output.export_problems.is_some()),
+        ("solver ipopt", fields.get("solver").is_some_and(|name| name.is_text("ipopt"))),
+        ("preset", fields.get("preset").is_some()),
+        ("residual", fields.get("residual").is_some()),
+        ("threads", solver.threads.is_some()),
+        ("substeps", solver.substeps.is_some()),
+        ("on-failure", fields.get("on-failure").is_some()),
+        ("steps", fields.get("steps").is_some()),
+        ("export-problems", args.output.export_problems.is_some()),
     ];
     refuse_flags("--live, whose page decides the number of steps and has the native solver", &flags)
 }

@@ -1,7 +1,7 @@
 //! Results of a command.
 
 use std::process::ExitCode;
-pub use tumble_model::failure::{Failure, refuse_flags};
+pub use tumble_model::failure::Failure;
 
 /// Result of a command that ran.
 pub enum Outcome {
@@ -32,4 +32,10 @@ pub fn exit_code(failure: &Failure) -> ExitCode {
         Failure::Input(_) | Failure::Setting { .. } => ExitCode::from(2),
         Failure::Other(_) => ExitCode::from(1),
     }
+}
+
+/// Rejects every given flag: it has no effect with `place`. `flags` holds each flag and whether it was
+/// given.
+pub fn refuse_flags(place: &str, flags: &[(&str, bool)]) -> Result<(), Failure> {
+    Failure::refuse_idle(place, flags).map_err(Failure::as_flag)
 }

@@ -12,7 +12,6 @@ use tumble_core::joint::Knots;
 use tumble_core::mechanics::Load;
 use tumble_core::solver::native;
 use tumble_core::world::World;
-use tumble_model::names::FileKind;
 use tumble_model::shown;
 use tumble_scene::output::tables::{
     IntervalRows, StepRow, Streams, Table, TableShape, TablesReader, whole_steps,
@@ -64,15 +63,10 @@ impl<'a> Recording<'a> {
     /// Opens the files of `run` through one of them, `path`.
     pub fn from_run(path: &'a Path, run: RunFile) -> Result<Self, Failure> {
         let run_path = path.with_file_name("run.json");
-        let wrong = |failure: Failure| match failure {
-            Failure::Setting { name, why } => {
-                Failure::Input(format!("{}: model.{name}: {why}", shown::path(&run_path)))
-            }
-            other => other.in_file(&run_path, FileKind::Run, &[]),
-        };
+        let wrong = |failure: Failure| failure.within("model").in_file(&run_path);
         let (model, selection) = (&run.model, &run.kept);
         let world = model.world().map_err(wrong)?;
-        let loads = model.loads().map_err(wrong)?;
+        let loads = model.loads();
         let courses = model.courses().map_err(wrong)?;
         let some = |of: Table, count: usize| {
             (count > 0 && selection.has(of)).then(|| table(path, of, selection.form)).transpose()

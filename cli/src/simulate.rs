@@ -87,7 +87,7 @@ impl<'a> Prepared<'a> {
                 (scene, Some(continued))
             }
             None => {
-                let begin = || scene::from_args(&args.setup, &args.cube);
+                let begin = || scene::from_args(&args.setup);
                 (live::taken_over(args)?.map_or_else(begin, Ok)?, None)
             }
         };
@@ -265,7 +265,7 @@ fn check_selection(args: &SimulateArgs, selection: &RowSelection) -> Result<(), 
     let asks_for_ends = args.output.tables.iter().flatten().any(|table| *table == Table::Ends);
     if asks_for_ends && selection.every <= 1 {
         let why = "the table ends needs a run that omits rows; add --every or --substeps";
-        return Err(Failure::setting("tables", why));
+        return Err(Failure::setting("tables", why).as_flag());
     }
     Ok(())
 }

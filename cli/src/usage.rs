@@ -125,7 +125,7 @@ fn late_command(
     })
 }
 
-/// Finds a vector written with spaces, such as `--position 0 0 1`.
+/// Finds a vector written with spaces, such as `--gravity 0 0 1`.
 fn separate_numbers(command: &clap::Command, arguments: &[OsString]) -> Option<String> {
     // A number, or several joined by commas, without a comma at the end.
     let numbers = |text: &OsString| {

@@ -1,13 +1,9 @@
 //! Parsers of flag values.
 
-use nalgebra::Vector3;
 use std::fmt::Display;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::str::FromStr;
-use tumble_core::world::Plane;
-use tumble_model::fields::Exactly;
-use tumble_scene::{AttitudeEntry, InertiaValue, Random, SolidInertia};
 use tumble_view::animation::View;
 
 pub fn number(text: &str) -> Result<f64, String> {
@@ -71,80 +67,3 @@ pub fn view(text: &str) -> Result<View, String> {
 fn numbers(text: &str) -> Option<Vec<f64>> {
     text.split(',').map(|part| number(part).ok()).collect()
 }
-
-pub fn vector(text: &str) -> Result<Vector3<f64>, String> {
-    match numbers(text).as_deref() {
-        Some(&[x, y, z]) => Ok(Vector3::new(x, y, z)),
-        _ => Err("three finite numbers X,Y,Z are needed".to_owned()),
-    }
-}
-
-pub fn sides(text: &str) -> Result<Vector3<f64>, String> {
-    match numbers(text).as_deref() {
-        Some(&[side]) => Ok(Vector3::repeat(side)),
-        Some(&[x, y, z]) => Ok(Vector3::new(x, y, z)),
-        _ => Err("one finite number (a cube) or three X,Y,Z are needed".to_owned()),
-    }
-}
-
-pub fn gravity(text: &str) -> Result<Vector3<f64>, String> {
-    match numbers(text).as_deref() {
-        // Zero gravity becomes 0, not -0.
-        Some(&[g]) => Ok(Vector3::new(0.0, 0.0, 0.0 - g)),
-        Some(&[x, y, z]) => Ok(Vector3::new(x, y, z)),
-        _ => Err("one finite number (downwards) or three X,Y,Z are needed".to_owned()),
-    }
-}
-
-pub fn inertia(text: &str) -> Result<InertiaValue, String> {
-    if text.trim() == "solid" {
-        return Ok(InertiaValue::Word(SolidInertia::Solid));
-    }
-    match numbers(text).as_deref() {
-        Some(&[moment]) => Ok(InertiaValue::Moment(moment)),
-        Some(&[x, y, z]) => Ok(InertiaValue::Diagonal(Exactly([x, y, z]))),
-        Some(&[a, b, c, d, e, f, g, h, i]) => {
-            Ok(InertiaValue::Rows(Exactly([[a, b, c], [d, e, f], [g, h, i]].map(Exactly))))
-        }
-        _ => Err("one, three or nine finite numbers, or `solid`, are needed".to_owned()),
-    }
-}
-
-pub fn attitude(text: &str) -> Result<AttitudeEntry, String> {
-    if text.trim() == "random" {
-        return Ok(AttitudeEntry::Word(Random::Tutorial));
-    }
-    let needed = || "four finite numbers W,X,Y,Z, or `random`, are needed".to_owned();
-    let quaternion = numbers(text).and_then(|numbers| numbers.try_into().ok());
-    let attitude = AttitudeEntry::Quaternion(Exactly(quaternion.ok_or_else(needed)?));
-    attitude.quaternion().map(|_| attitude)
-}
-
-pub fn plane(text: &str) -> Result<Plane, String> {
-    match numbers(text).as_deref() {
-        Some(&[slope]) => Plane::sloping(slope),
-        Some(&[x, y, z]) => Plane::new(Vector3::new(x, y, z), 0.0),
-        Some(&[x, y, z, offset]) => Plane::new(Vector3::new(x, y, z), offset),
-        _ => {
-            let needed = "a slope in degrees, a normal NX,NY,NZ or a normal and an offset \
-                          NX,NY,NZ,D are needed";
-            return Err(needed.to_owned());
-        }
-    }
-    .map_err(|error| error.to_string())
-}
-
-pub use tumble_scene::settings::LoadKnot;
-
-pub fn load_knot(text: &str) -> Result<LoadKnot, String> {
-    let needed = "three finite numbers X,Y,Z, or T:X,Y,Z with a time in s, are needed";
-    let (time, value) = match text.split_once(':') {
-        Some((time, value)) => (Some(number(time).map_err(|_| needed.to_owned())?), value),
-        None => (None, text),
-    };
-    Ok((time, vector(value).map_err(|_| needed.to_owned())?))
-}
-
-#[cfg(test)]
-#[path = "tests/values.rs"]
-mod tests;

@@ -5,7 +5,7 @@ use crate::session::Session;
 use nalgebra::Vector3;
 use serde::Deserialize;
 use std::path::Path;
-use tumble_core::mechanics::RigidBody;
+use tumble_core::mechanics::{Load, RigidBody};
 use tumble_core::world::{Coefficient, Integrator};
 use tumble_model::BodyModel;
 use tumble_model::failure::Failure;
@@ -86,8 +86,8 @@ impl Session {
             scene = scene.with_native_solver();
         }
         for body in &mut scene.model.bodies {
-            if body.load.as_ref().is_some_and(|load| has_ended(load, time)) {
-                body.load = None;
+            if has_ended(&body.load, time) {
+                body.load = Load::none();
             }
         }
         Ok(scene)
@@ -95,9 +95,9 @@ impl Session {
 }
 
 /// True if a load is zero from `time` (s) on.
-fn has_ended(load: &tumble_model::parameters::LoadParameters, time: f64) -> bool {
-    let mut last = [&load.force, &load.torque].into_iter().filter_map(|knots| knots.last());
-    last.all(|knot| knot.0[0] <= time && knot.0[1..].iter().all(|part| *part == 0.0))
+pub(crate) fn has_ended(load: &Load, time: f64) -> bool {
+    let mut last = [&load.force, &load.torque].into_iter().filter_map(|line| line.knots().last());
+    last.all(|(end, value)| *end <= time && *value == Vector3::zeros())
 }
 
 fn changed(mut scene: Scene, change: Change) -> Result<Scene, Failure> {
@@ -169,8 +169,7 @@ fn new_body(scene: &Scene, shape: NewShape) -> String {
     };
     let reach = NEW_SIZE * median(bodies.iter().map(radius).collect());
     let mass = median(bodies.iter().map(|body| body.mass()).collect());
-    let starts: Vec<_> =
-        scene.model.bodies.iter().map(|body| body.start.state().position).collect();
+    let starts: Vec<_> = scene.model.bodies.iter().map(|body| body.start.position).collect();
     let middle = starts.iter().sum::<Vector3<f64>>() / starts.len() as f64;
     let tops = starts.iter().zip(bodies).map(|(start, body)| start[2] + radius(body));
     let height = tops.fold(f64::NEG_INFINITY, f64::max) + (1.0 + NEW_GAP) * reach;

@@ -30,7 +30,7 @@ impl Parts {
         if !self.is_recording {
             return Ok(());
         }
-        let text = export::whole(session)?;
+        let text = export::whole(session).map_err(|failure| failure.to_string())?;
         let size: usize = self.texts.iter().map(String::len).sum();
         if size + text.len() > LARGEST {
             let limit = LARGEST >> 20;

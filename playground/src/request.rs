@@ -146,9 +146,7 @@ impl Program {
     /// A text that cannot be read.
     pub fn recorded(&self) -> Result<Option<Scene>, Failure> {
         let Some(session) = &self.session else { return Ok(None) };
-        let mut scene = scenes::read(&export::text(session))?;
-        scene.rows = session.rows();
-        Ok(Some(scene))
+        scenes::read(&export::whole(session)?).map(Some)
     }
 
     /// Scenario texts of the parts that changes ended, in their order. Each repeats its steps.
@@ -161,7 +159,8 @@ impl Program {
     /// # Errors
     /// A text in which the number of rows cannot be set.
     pub fn texts(&self) -> Result<Vec<String>, String> {
-        let present = self.session.as_ref().map(export::whole).transpose()?;
+        let present = self.session.as_ref().map(export::whole).transpose();
+        let present = present.map_err(|failure| failure.to_string())?;
         Ok(self.parts().iter().cloned().chain(present).collect())
     }
 
@@ -269,7 +268,10 @@ impl Program {
                 self.described += 1;
                 self.look()?
             }
-            Request::Export => json!({ "text": export::text(self.session()?) }),
+            Request::Export => {
+                let text = export::text(self.session()?).map_err(|failure| failure.to_string())?;
+                json!({ "text": text })
+            }
         };
         if let Some(session) = &self.session {
             frame::write(session, hand, contacts, &mut self.numbers);

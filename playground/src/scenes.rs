@@ -7,7 +7,6 @@ use tumble_core::contact::Detection;
 use tumble_model::failure::Failure;
 use tumble_scene::run_file;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 use tumble_scene::written;
 
 /// A scene of the page.
@@ -43,7 +42,7 @@ const FILES: [(&str, &[u8]); 1] =
 /// # Errors
 /// The first fault of the text, as on the command line.
 pub fn read(text: &str) -> Result<Scene, Failure> {
-    let scene = Scene::from_text(text, Path::new(PLACE), Settings::default(), &file)?;
+    let scene = Scene::from_text(text, Path::new(PLACE), &[], &file)?;
     run_file::refuse_large(&scene.model)?;
     Ok(scene)
 }

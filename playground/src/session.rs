@@ -1,5 +1,6 @@
 //! A running scene: steps, and the way back.
 
+use crate::change::has_ended;
 use crate::history::History;
 use crate::pull::{Grab, Hand, Pulls};
 use crate::scenes;
@@ -8,6 +9,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble_core::contact::Partner;
 use tumble_core::error::in_range;
+use tumble_core::mechanics::Load;
 use tumble_core::query::{Query, Ray};
 use tumble_core::simulation::summary::RunSummary;
 use tumble_core::simulation::{Simulation, StepRecord};
@@ -178,14 +180,19 @@ impl Session {
         self.pulls.release_all(self.simulation.index());
     }
 
-    /// Session whose text can hold pulls: one with a table per body, whose loads act over whole steps.
+    /// Session whose text can hold pulls: one with a table per body, whose loads act over whole steps and
+    /// have not ended.
     /// `None` if this one is so. The present state is the start of the new session.
     ///
     /// # Errors
     /// A scene that no text can hold at this state.
     pub fn for_pulls(&self) -> Result<Option<Self>, String> {
         let has_whole_steps = self.scene.world.integrator() == Integrator::Euler;
-        if self.is_own && has_whole_steps { Ok(None) } else { self.rewritten().map(Some) }
+        let time = self.simulation.index() as f64 * self.scene.world.time_step();
+        let is_past = |load: &Load| !load.is_none() && has_ended(load, time);
+        let has_past = self.scene.loads.iter().any(is_past);
+        let fits = self.is_own && has_whole_steps && !has_past;
+        if fits { Ok(None) } else { self.rewritten().map(Some) }
     }
 
     /// Forgets most of the past, to save memory.

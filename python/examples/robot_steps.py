@@ -52,10 +52,16 @@ class RobotSteps:
             scene.run(0).to_csv(folder)
             model = json.loads((Path(folder) / "run.json").read_text(encoding="utf-8"))["model"]
         self.joints: list[dict[str, Any]] = model["joints"]
-        forms = [model["shapes"][body["shape"]]["pieces"] for body in model["bodies"]]
-        self.radii = [pieces[0]["form"]["capsule"]["radius"] for pieces in forms]
+        number = {body["name"]: index for index, body in enumerate(model["bodies"])}
+        for joint in self.joints:
+            joint["body"], joint["other"] = [*(number[name] for name in joint["bodies"]), None][:2]
+        shapes = {body["name"]: body["pieces"] for body in model["bodies"] if "pieces" in body}
+        forms = [shapes[body.get("shape", body["name"])] for body in model["bodies"]]
+        self.radii = [pieces[0]["capsule"]["radius"] for pieces in forms]
         self.friction = {
-            each["body"]: each["coefficient"] for each in model["frictions"] if each["partner"] == "ground"
+            number[each["between"][0]]: each["coefficient"]
+            for each in model["friction"]
+            if each["between"][1] == "ground"
         }
         unsupported = {joint["type"] for joint in self.joints} - set(LOCKED)
         if unsupported or any(len(pieces) != 1 for pieces in forms):
@@ -165,17 +171,18 @@ class _Rows:
             self.add_locked(f"{name} about {'xyz'[axis]}", row, record, ("torque", "angles", "spin"), axis)
         if joint["type"] != "revolute":
             return
-        drive, direction = joint["drives"][0], self.row(body, other, axes[:, 2], None)
+        direction = self.row(body, other, axes[:, 2], None)
         rate, place = float(record["speed"]), float(record["coordinate"])
         last = float(self.run.rates[name])
         self.run.rates[name] = rate
         # The damping is that of the mean rate: the integrator is "leapfrog".
-        damping = 0.5 * drive["damping"] * (last + rate)
-        explained = motor - damping - drive["armature"] * (rate - last) / self.h
+        damping = 0.5 * joint.get("damping", 0.0) * (last + rate)
+        explained = motor - damping - joint.get("armature", 0.0) * (rate - last) / self.h
         stop = float(record["torque"][2]) - explained
         self.force += (explained * direction).reshape(self.force.shape)
-        for word, limit, sign in zip(("lower", "upper"), drive["limits"] or (), (1.0, -1.0)):
-            pushes = stop if sign * (place - sum(drive["limits"]) / 2.0) < 0.0 else 0.0
+        limits = joint.get("limits", ())
+        for word, limit, sign in zip(("lower", "upper"), limits, (1.0, -1.0)):
+            pushes = stop if sign * (place - sum(limits) / 2.0) < 0.0 else 0.0
             self.add(sign * direction, self.h * sign * pushes, sign * (place - limit) / self.h, sign * rate)
             self.laws.append(["limit"])
             self.names.append(f"{name} {word} stop")

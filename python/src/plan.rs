@@ -132,6 +132,6 @@ fn plan_values<'py>(
     });
     all.set_item("modes", modes.collect::<Vec<_>>())?;
     let found = problem.scene_of(replay).map_err(in_python)?;
-    all.set_item("model", found.model.text().map_err(in_python)?)?;
+    all.set_item("model", found.model_text().map_err(in_python)?)?;
     Ok(all)
 }

@@ -9,16 +9,12 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use tumble_core::joint::{Drive, GearAxis, JointAxis, Motor};
-use tumble_core::mechanics::Rotation;
 use tumble_core::world::constants::extents;
-use tumble_core::world::{Impacts, Integrator};
-use tumble_model::Model;
 use tumble_model::failure::Failure;
 use tumble_model::joint::JointModel;
-use tumble_scene::LARGEST_START;
-use tumble_scene::choices::SolverName;
+use tumble_scene::overrides::FieldOverride;
 use tumble_scene::scene::Scene as Content;
-use tumble_scene::settings::{RobotSettings, Settings, SolverTable};
+use tumble_scene::settings::RobotSettings;
 
 /// Reads a regular file of at most `most` bytes.
 pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
@@ -40,19 +36,9 @@ pub fn remedy(path: PathBuf) -> Option<&'static str> {
     tumble_scene::remedy(&path)
 }
 
-/// Converts a failure to an exception. Names of flags become Python keywords.
+/// Converts a failure to an exception.
 pub fn in_python(failure: Failure) -> PyErr {
-    match failure {
-        Failure::Setting { name, why } => {
-            let name = match name.as_str() {
-                "dt" => "time_step",
-                "mu" => "friction",
-                other => other,
-            };
-            refused(format!("{name}: {why}"))
-        }
-        other => refused(other),
-    }
+    refused(failure)
 }
 
 /// Position motor: joint, axis, target, stiffness, damping and force limit.
@@ -67,66 +53,37 @@ pub struct PyScene {
 
 #[pymethods]
 impl PyScene {
-    /// Parses the scenario `text`. `path` is its name in errors, and the folder of its meshes. The
-    /// bodies of `model`, which a simulation writes, replace those of the text.
+    /// Parses the scenario `text`. `path` is its name in errors, and the folder of its meshes. `fields` are
+    /// keywords with the path and the value (TOML) of the field that they set. The bodies of `model`, which a
+    /// simulation writes, replace those of the text, at the step `start_index`.
     #[new]
     #[allow(clippy::too_many_arguments)]
     #[pyo3(signature = (
-        text, path, *, seed=None, steps=None, start_index=None, time_step=None, rotation=None, integrator=None, accuracy=None,
-        impacts=None,
-        friction=None, restitution=None, solver=None, residual=None, packages=None, leave_out=None, point_contacts=None, model=None
+        text, path, fields, *, packages=None, leave_out=None, point_contacts=None, model=None, start_index=None
     ))]
     fn new(
         text: &str,
         path: PathBuf,
-        seed: Option<u32>,
-        steps: Option<u64>,
-        start_index: Option<u64>,
-        time_step: Option<f64>,
-        rotation: Option<&str>,
-        integrator: Option<&str>,
-        accuracy: Option<f64>,
-        impacts: Option<&str>,
-        friction: Option<f64>,
-        restitution: Option<f64>,
-        solver: Option<&str>,
-        residual: Option<f64>,
+        fields: Vec<(String, String, String)>,
         packages: Option<PathBuf>,
         leave_out: Option<Vec<String>>,
         point_contacts: Option<bool>,
         model: Option<&str>,
+        start_index: Option<u64>,
     ) -> PyResult<Self> {
-        if let Some(index) = start_index.filter(|index| *index > LARGEST_START) {
-            return Err(refused(format!("start_index is {index}; allowed: 0 to {LARGEST_START}")));
-        }
-        let flags = Settings {
-            seed,
-            steps: steps.map(rows).transpose()?,
-            // A model has its own body positions, unlike the text.
-            start_index: start_index.filter(|_| model.is_none()),
-            dt: time_step,
-            rotation: word("rotation", rotation, rotation_of, "momentum or tutorial")?,
-            integrator: word("integrator", integrator, Integrator::from_name, "leapfrog or euler")?,
-            accuracy,
-            impacts: word("impacts", impacts, Impacts::from_name, "stepped or located")?,
-            mu: friction,
-            restitution,
-            solver: SolverTable {
-                name: solver.map(solver_name).transpose()?,
-                residual,
-                ..SolverTable::default()
-            },
-            robot: RobotSettings {
-                packages,
-                leave_out: leave_out.unwrap_or_default(),
-                point_contacts: point_contacts.unwrap_or(false),
-            },
-            ..Settings::default()
+        let labelled = |(keyword, path, value): &(String, String, String)| {
+            FieldOverride::labelled(keyword, path, value)
         };
-        let mut content = Content::from_text(text, &path, flags, &read).map_err(in_python)?;
+        let fields: Vec<_> = fields.iter().map(labelled).collect();
+        let robot = RobotSettings {
+            packages,
+            leave_out: leave_out.unwrap_or_default(),
+            point_contacts: point_contacts.unwrap_or(false),
+        };
+        let mut content =
+            Content::parse_with(text, &path, &fields, &robot, &read).map_err(in_python)?;
         if let Some(model) = model {
-            let model = Model::from_text(model).map_err(|why| refused(format!("model: {why}")))?;
-            content = content.with_model(model).map_err(in_python)?;
+            content = content.with_text(model).map_err(|why| refused(format!("model: {why}")))?;
             content.start_index = start_index.unwrap_or(content.start_index);
         }
         Ok(Self { content: Arc::new(content) })
@@ -204,7 +161,8 @@ impl PyScene {
 
     /// Model with position motors on joint axes, as text. They replace other motors of these axes.
     fn motored(&self, motors: Vec<PositionMotor>) -> PyResult<String> {
-        let mut model = self.content.model.clone();
+        let mut content = (*self.content).clone();
+        let model = &mut content.model;
         for PositionMotor(joint, axis, target, stiffness, damping, max_force) in motors {
             let joint = model.joints.get_mut(joint).ok_or_else(|| refused("joint: unknown"))?;
             let driven = joint.kind.driven();
@@ -214,7 +172,7 @@ impl PyScene {
             let motor = Some(Motor::Position { target, stiffness, damping, max_force });
             joint.drives[place] = Drive { motor, force: 0.0, ..joint.drives[place] };
         }
-        model.text().map_err(in_python)
+        content.model_text().map_err(in_python)
     }
 
     /// Step index k of its start.
@@ -366,42 +324,6 @@ impl PyScene {
     #[getter]
     fn solver(&self) -> &'static str {
         self.content.solver()
-    }
-}
-
-/// Number of rows for this many steps.
-fn rows(steps: u64) -> PyResult<u64> {
-    if (1..10_000_000).contains(&steps) {
-        Ok(steps + 1)
-    } else {
-        Err(refused(format!("steps is {steps}; allowed: 1 to 9999999")))
-    }
-}
-
-fn rotation_of(name: &str) -> Option<Rotation> {
-    Rotation::ALL.into_iter().find(|rotation| rotation.name() == name)
-}
-
-/// Parses the word given for `field`, one of `names`.
-fn word<T>(
-    field: &str,
-    given: Option<&str>,
-    parse: fn(&str) -> Option<T>,
-    names: &str,
-) -> PyResult<Option<T>> {
-    let unknown = |name| refused(format!("{field}: {name:?} is unknown; use {names}"));
-    given.map(|name| parse(name).ok_or_else(|| unknown(name))).transpose()
-}
-
-fn solver_name(name: &str) -> PyResult<SolverName> {
-    match name {
-        "native" => Ok(SolverName::Native),
-        "ipopt" if cfg!(feature = "ipopt") => Ok(SolverName::Ipopt),
-        "ipopt" => Err(refused(
-            "solver: ipopt is not in this build; use native, or install with the feature ipopt on \
-             a machine with Ipopt",
-        )),
-        _ => Err(refused(format!("solver: {name:?} is unknown; use native or ipopt"))),
     }
 }
 

@@ -170,9 +170,10 @@ impl PySimulation {
     /// Model with the current bodies and states, as text. Bodies may have been added or removed.
     fn model_text(&self) -> PyResult<String> {
         let own = self.owned()?;
-        let mut model = own.content.model.clone();
-        model.start_at(own.running.simulation.states(), own.time()).map_err(in_python)?;
-        model.text().map_err(in_python)
+        let mut content = (*own.content).clone();
+        let states = own.running.simulation.states();
+        content.model.start_at(states, own.time()).map_err(in_python)?;
+        content.model_text().map_err(in_python)
     }
 
     /// Fixes a body at its pose, or releases it.

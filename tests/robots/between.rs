@@ -4,9 +4,8 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble_core::simulation::{Simulation, StepRecord};
-use tumble_core::world::Integrator;
+use tumble_scene::overrides::FieldOverride;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 /// Ankle with two hinges and springs. The axes pass each other at 4 cm and are not perpendicular.
 const ANKLE: &str = r#"<mujoco>
@@ -30,8 +29,9 @@ const LATER: [f64; 3] = [0.1003512191, 0.1957096473, 0.3900754363];
 
 fn scene_of(text: &str, h: Option<f64>) -> Result<Scene, String> {
     let read = |path: &Path, _: u64| std::fs::read(path);
-    let settings = Settings { dt: h, integrator: Some(Integrator::Euler), ..Settings::default() };
-    Scene::from_text(text, Path::new("given.xml"), settings, &read)
+    let mut fields = vec![FieldOverride::parse("integrator=euler").unwrap()];
+    fields.extend(h.map(|h| FieldOverride::parse(&format!("time_step={h:?}")).unwrap()));
+    Scene::from_text(text, Path::new("given.xml"), &fields, &read)
         .map_err(|failure| failure.to_string())
 }
 

@@ -7,7 +7,6 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble_core::simulation::StepRecord;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 const FILES: [&str; 6] = [
     "data/robots/arm.urdf",
@@ -114,7 +113,7 @@ fn broken_files_are_rejected_with_their_line() {
             }
         }
         let path = root.join(FILES[file]);
-        let scene = match Scene::from_text(&text, &path, Settings::default(), &read) {
+        let scene = match Scene::from_text(&text, &path, &[], &read) {
             Ok(scene) => scene,
             Err(failure) => {
                 let why = failure.to_string();

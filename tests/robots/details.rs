@@ -7,7 +7,6 @@ use tumble_core::simulation::{Simulation, StepRecord};
 use tumble_core::world::{Integrator, Partner};
 use tumble_robot::Assembled;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 fn data() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/data/robots"))
@@ -21,7 +20,7 @@ fn scene_with(text: &str, file: &str) -> Result<Scene, String> {
             std::fs::read(path)
         }
     };
-    let scene = Scene::from_text(text, &data().join("scene.toml"), Settings::default(), &read);
+    let scene = Scene::from_text(text, &data().join("scene.toml"), &[], &read);
     scene.map_err(|failure| failure.to_string())
 }
 

@@ -6,7 +6,6 @@ use std::path::Path;
 use tumble_robot::model::{Moves, Robot, RobotForm};
 use tumble_robot::{Reading, read};
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 fn robot_of(text: &str, files: &[(&str, &[u8])]) -> Result<Robot, String> {
     let read_file = |path: &Path, _: u64| {
@@ -19,8 +18,7 @@ fn robot_of(text: &str, files: &[(&str, &[u8])]) -> Result<Robot, String> {
 fn scene_of(text: &str) -> Result<Scene, String> {
     let read = |path: &Path, _: u64| std::fs::read(path);
     let name = if text.contains("<mujoco") { "given.xml" } else { "given.urdf" };
-    Scene::from_text(text, Path::new(name), Settings::default(), &read)
-        .map_err(|failure| failure.to_string())
+    Scene::from_text(text, Path::new(name), &[], &read).map_err(|failure| failure.to_string())
 }
 
 /// Checks that copies have numbers after their names, all with the same number of digits.

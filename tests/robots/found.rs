@@ -7,11 +7,10 @@ use std::sync::atomic::AtomicBool;
 use tumble_core::mechanics::State;
 use tumble_core::simulation::{Simulation, StepRecord};
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 fn read(path: &str, text: &str, arena: &str) -> Result<Scene, String> {
     let files = |_: &Path, _: u64| Ok(arena.as_bytes().to_vec());
-    let scene = Scene::from_text(text, Path::new(path), Settings::default(), &files);
+    let scene = Scene::from_text(text, Path::new(path), &[], &files);
     scene.map_err(|failure| failure.to_string())
 }
 

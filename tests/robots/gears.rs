@@ -7,8 +7,8 @@ use std::sync::atomic::AtomicBool;
 use tumble_core::contact::Partner;
 use tumble_core::simulation::{Simulation, StepRecord};
 use tumble_robot::{Reading, read};
+use tumble_scene::overrides::FieldOverride;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 use tumble_scene::written;
 
 fn root() -> &'static Path {
@@ -23,7 +23,7 @@ fn text_of(name: &str) -> String {
     std::fs::read_to_string(root().join(name)).unwrap()
 }
 
-fn scene_of(text: &str, settings: Settings) -> Result<Scene, String> {
+fn scene_of(text: &str, settings: &[FieldOverride]) -> Result<Scene, String> {
     let name = if text.starts_with('<') { "given.xml" } else { "given.toml" };
     let path = root().join("data/robots").join(name);
     Scene::from_text(text, &path, settings, &bytes).map_err(|failure| failure.to_string())
@@ -56,7 +56,8 @@ const BY_MUJOCO: [f64; 3] = [1.88010388, -2.32015579, -0.11100782];
 fn a_coupled_arm_falls_as_mujocos() {
     let text = text_of("tests/robots/gears.xml");
     let error = |h: f64| {
-        let scene = scene_of(&text, Settings { dt: Some(h), ..Settings::default() }).unwrap();
+        let settings = [FieldOverride::parse(&format!("time_step={h:?}")).unwrap()];
+        let scene = scene_of(&text, &settings).unwrap();
         let robot = &scene.robots[0];
         let mut simulation = simulation(&scene);
         let mut record = StepRecord::new();
@@ -88,7 +89,7 @@ fn a_coupled_arm_falls_as_mujocos() {
 fn an_arm_pushes_a_box_against_a_wall() {
     let text = text_of("scenarios/pusher.toml");
     let path = root().join("scenarios/pusher.toml");
-    let scene = Scene::from_text(&text, &path, Settings::default(), &bytes);
+    let scene = Scene::from_text(&text, &path, &[], &bytes);
     let scene = scene.unwrap_or_else(|why| panic!("{why}"));
     let body = |name: &str| scene.bodies.iter().position(|body| body == name).unwrap();
     let (crate_, fore) = (body("box"), body("fore"));
@@ -135,7 +136,7 @@ fn an_arm_pushes_a_box_against_a_wall() {
 fn a_crawler_lands_among_boxes() {
     let text = text_of("scenarios/crawler.toml");
     let path = root().join("scenarios/crawler.toml");
-    let scene = Scene::from_text(&text, &path, Settings::default(), &bytes);
+    let scene = Scene::from_text(&text, &path, &[], &bytes);
     let scene = scene.unwrap_or_else(|why| panic!("{why}"));
     let mut simulation = simulation(&scene);
     let (mut record, mut iterations) = (StepRecord::new(), 0);
@@ -167,10 +168,10 @@ fn gears_and_driven_bodies_are_converted() {
         "scenarios/turntable.toml",
     ] {
         let path = root().join(file);
-        let scene = Scene::from_text(&text_of(file), &path, Settings::default(), &bytes);
+        let scene = Scene::from_text(&text_of(file), &path, &[], &bytes);
         let scene = scene.unwrap_or_else(|why| panic!("{file}: {why}"));
         let text = written::text(&scene).unwrap_or_else(|why| panic!("{file}: {why}"));
-        let other = scene_of(&text, Settings::default());
+        let other = scene_of(&text, &[]);
         let other = other.unwrap_or_else(|why| panic!("{file}: {why}\n{text}"));
         assert_eq!(scene.world.gears().len(), other.world.gears().len());
         assert_eq!(scene.courses.len(), other.courses.len(), "{file}");
@@ -192,8 +193,8 @@ fn prescribed_rotation_about_a_point_is_converted() {
     let text = "[ground]\nnone = true\nfriction = 0.4\n[[bodies]]\nname = \"arm\"\nbox = [1.0, 0.2, 0.1]\n\
                 density = 300\nposition = [0.3, 0.2, 0.5]\n[[driven]]\nbody = \"arm\"\n\
                 velocity = [0.1, 0, 0]\nspin = [0.3, 0.2, 0.7]\nabout = [0.2, 0.1, 0.1]\n";
-    let scene = scene_of(text, Settings::default()).unwrap();
-    let other = scene_of(&written::text(&scene).unwrap(), Settings::default()).unwrap();
+    let scene = scene_of(text, &[]).unwrap();
+    let other = scene_of(&written::text(&scene).unwrap(), &[]).unwrap();
     let (mut a, mut b) = (simulation(&scene), simulation(&other));
     let mut record = StepRecord::new();
     for _ in 0..100 {
@@ -232,7 +233,7 @@ fn mimics_may_come_in_any_order() {
     let read_file = |path: &Path, _: u64| std::fs::read(path);
     let reading = Reading { folder: Path::new(""), read: &read_file, ..Reading::none() };
     assert_eq!(read(&robot, &reading).unwrap().follows.len(), 2);
-    let scene = scene_of(&robot, Settings::default()).unwrap();
+    let scene = scene_of(&robot, &[]).unwrap();
     assert_eq!(scene.robots[0].start(), [0.1, 0.0, 0.0]);
     let mut simulation = simulation(&scene);
     // Given values of mimic joints are ignored.
@@ -256,7 +257,7 @@ fn mimics_may_come_in_any_order() {
         ("mimic joint='jb'", "mimic joint='ja'", "itself"),
         ("<axis xyz='0 1 0'/><origin xyz='0.3 0 0'/></joint>", "</joint>", "three"),
     ] {
-        let why = scene_of(&robot.replacen(from, to, 1), Settings::default()).err();
+        let why = scene_of(&robot.replacen(from, to, 1), &[]).err();
         if part == "three" {
             assert_eq!(why, None);
         } else {
@@ -269,7 +270,7 @@ fn mimics_may_come_in_any_order() {
         "<axis xyz='0 1 0'/><limit lower='0.2' upper='1'/><mimic joint='jb'",
     );
     let limited = limited.replacen("type='continuous'", "type='revolute'", 1);
-    let why = scene_of(&limited, Settings::default()).err().unwrap_or_default();
+    let why = scene_of(&limited, &[]).err().unwrap_or_default();
     assert!(why.contains("<mimic>") && why.contains("outside its range"), "{why}");
 }
 
@@ -285,19 +286,19 @@ fn couplings_beyond_a_ratio_are_refused() {
         ("joint2=\"shoulder\"", "joint2=\"knee\"", "there is no joint \"knee\""),
         ("joint2=\"shoulder\"", "joint2=\"elbow\"", "itself"),
     ] {
-        let why = scene_of(&text.replacen(from, to, 1), Settings::default()).err();
+        let why = scene_of(&text.replacen(from, to, 1), &[]).err();
         let why = why.unwrap_or_default();
         assert!(why.contains(part) && !why.contains('\n'), "{part}: {why:?}");
     }
     let free = "<mujoco><worldbody><body><joint name='a'/><geom size='0.1'/></body>\
                 <body><joint name='b' type='ball'/><geom size='0.1'/></body></worldbody>\n\
                 <equality><joint joint1='a' joint2='b'/></equality></mujoco>";
-    let why = scene_of(free, Settings::default()).err().unwrap_or_default();
+    let why = scene_of(free, &[]).err().unwrap_or_default();
     assert!(why.contains("line 2") && why.contains("a hinge or a slide is needed"), "{why}");
     // An inactive coupling, or one without a second joint, adds no gear.
     let off = text.replacen("<joint joint1=", "<joint active=\"false\" joint1=", 1);
-    assert_eq!(scene_of(&off, Settings::default()).unwrap().world.gears().len(), 1);
+    assert_eq!(scene_of(&off, &[]).unwrap().world.gears().len(), 1);
     let held = text.replacen(" joint2=\"shoulder\"", "", 1);
-    let scene = scene_of(&held, Settings::default()).unwrap();
+    let scene = scene_of(&held, &[]).unwrap();
     assert_eq!(scene.world.gears().len(), 1);
 }

@@ -6,7 +6,6 @@ use std::sync::atomic::AtomicBool;
 use tumble_core::simulation::StepRecord;
 use tumble_core::world::Partner;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 /// A base of two boxes on the world, and an arm with a palm fixed to it.
 const ARM: &str = "<robot name='arm'><link name='base'>\
@@ -26,7 +25,7 @@ fn scene_with(tables: &str) -> Result<Scene, String> {
          position = [1.0, 0.0, 0.25]\n[[robots]]\nfile = \"arm.urdf\"\nprefix = \"arm.\"\nfixed = true\n{tables}"
     );
     let read = |_: &Path, _: u64| Ok(ARM.as_bytes().to_vec());
-    let scene = Scene::from_text(&text, Path::new("held.toml"), Settings::default(), &read);
+    let scene = Scene::from_text(&text, Path::new("held.toml"), &[], &read);
     scene.map_err(|failure| failure.to_string())
 }
 

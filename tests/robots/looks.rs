@@ -11,7 +11,6 @@ use tumble_robot::model::RobotLook;
 use tumble_robot::{Reading, read};
 use tumble_scene::output::tables::IntervalRows;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 use tumble_scene::written;
 use tumble_view::{Film, Mesh, Shape};
 
@@ -48,7 +47,7 @@ fn files(path: &Path, _: u64) -> io::Result<Vec<u8>> {
 }
 
 fn scene_of(text: &str) -> Scene {
-    Scene::from_text(text, Path::new("robots/robot.xml"), Settings::default(), &files).unwrap()
+    Scene::from_text(text, Path::new("robots/robot.xml"), &[], &files).unwrap()
 }
 
 fn model_of(scene: &Scene) -> &Model {
@@ -131,7 +130,8 @@ fn looks_are_read_back() {
     let visuals = r#"<visual><geometry><mesh filename="prism.obj"/></geometry></visual>
       <visual><origin xyz="0 0 2"/><geometry><sphere radius="0.5"/></geometry></visual>"#;
     let scene = scene_of(&one(visuals));
-    let model = Model::from_text(&model_of(&scene).text().unwrap()).unwrap();
+    let again = scene.clone().with_text(&scene.model_text().unwrap()).unwrap();
+    let model = again.model;
     let (film, again) = (film_of(&scene, model_of(&scene)), film_of(&scene, &model));
     assert_eq!(film.bodies, again.bodies);
     let core = Hull::point(Vector3::new(-0.3, 0.0, 2.0)).unwrap();
@@ -150,9 +150,7 @@ fn looks_are_written_down() {
       <visual><origin xyz="0 0 2"/><geometry><sphere radius="0.5"/></geometry></visual>"#;
     let scene = scene_of(&one(visuals));
     let text = written::text(&scene).unwrap();
-    let read = |text: &str| {
-        Scene::from_text(text, Path::new("robots/robot.toml"), Settings::default(), &files)
-    };
+    let read = |text: &str| Scene::from_text(text, Path::new("robots/robot.toml"), &[], &files);
     let again = read(&text).unwrap();
     let films = [&scene, &again].map(|scene| film_of(scene, model_of(scene)));
     assert_eq!(films[0].bodies[0].shapes, films[1].bodies[0].shapes);
@@ -182,7 +180,7 @@ fn looks_are_bounded() {
              copies = {{ count = [{count}, 1, 1], step = [1, 1, 1] }}\n"
         );
         let path = Path::new("robots/robot.toml");
-        let scene = Scene::from_text(&text, path, Settings::default(), &files);
+        let scene = Scene::from_text(&text, path, &[], &files);
         scene.map(|scene| scene.bodies.len()).map_err(|failure| failure.to_string())
     };
     let why = read(1, "").unwrap_err();
@@ -255,7 +253,7 @@ fn meshes_have_the_colours_of_their_file() {
         assert_eq!(mesh(&film.bodies[0].shapes[0]).colour, colour, "{text}");
         let written = written::text(&scene).unwrap();
         let again = Path::new("robots/robot.toml");
-        let again = Scene::from_text(&written, again, Settings::default(), &files).unwrap();
+        let again = Scene::from_text(&written, again, &[], &files).unwrap();
         let film = film_of(&again, model_of(&again));
         assert_eq!(mesh(&film.bodies[0].shapes[0]).colour, colour, "{written}");
     }

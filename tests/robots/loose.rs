@@ -12,7 +12,6 @@ use std::time::Duration;
 use tumble_core::simulation::{Simulation, StepRecord};
 use tumble_core::step::StepStatus;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 const AIR: &str =
     "gravity = 9.81\n[ground]\nnone = true\nfriction = 0.5\n[[robots]]\nfile = \"robot.urdf\"\n";
@@ -26,7 +25,7 @@ fn scene(text: &str, files: &[(&str, &str)]) -> Result<Scene, String> {
         let file = files.get(name).ok_or_else(|| Error::from(ErrorKind::NotFound));
         file.map(|text| text.as_bytes().to_vec())
     };
-    let scene = Scene::from_text(text, Path::new("scene.toml"), Settings::default(), &read);
+    let scene = Scene::from_text(text, Path::new("scene.toml"), &[], &read);
     scene.map_err(|failure| failure.to_string())
 }
 

@@ -11,15 +11,16 @@ use tumble_core::simulation::random::Draws;
 use tumble_core::simulation::{Simulation, StepRecord};
 use tumble_core::world::Integrator;
 use tumble_robot::model::Moves;
+use tumble_scene::overrides::FieldOverride;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 use tumble_scene::written;
 
 pub(super) fn scene_of(text: &str, h: Option<f64>) -> Result<Scene, String> {
     let name = if text.trim_start().starts_with('<') { "given.xml" } else { "given.toml" };
     let read = |path: &Path, _: u64| std::fs::read(path);
-    let settings = Settings { dt: h, ..Settings::default() };
-    Scene::from_text(text, Path::new(name), settings, &read).map_err(|failure| failure.to_string())
+    let step = h.map(|h| FieldOverride::parse(&format!("time_step={h:?}")).unwrap());
+    Scene::from_text(text, Path::new(name), step.as_slice(), &read)
+        .map_err(|failure| failure.to_string())
 }
 
 pub(super) fn simulation(scene: &Scene) -> Simulation<'static> {
@@ -181,8 +182,8 @@ fn fall(name: &str, steps: usize) -> (f64, StepRecord) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/robots").join(name);
     let text = std::fs::read_to_string(&path).unwrap();
     let read = |path: &Path, _: u64| std::fs::read(path);
-    let settings = Settings { dt: Some(0.005), ..Settings::default() };
-    let scene = Scene::from_text(&text, &path, settings, &read).unwrap();
+    let step = FieldOverride::parse("time_step=0.005").unwrap();
+    let scene = Scene::from_text(&text, &path, &[step], &read).unwrap();
     let (mut simulation, mut worst) = (simulation(&scene), 0.0_f64);
     let mut record = StepRecord::new();
     for _ in 0..steps {

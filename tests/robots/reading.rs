@@ -9,7 +9,7 @@ use tumble_core::contact::Partner;
 use tumble_core::simulation::StepRecord;
 use tumble_core::world::Integrator;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::{RobotSettings, Settings};
+use tumble_scene::settings::RobotSettings;
 
 const WEDGE: &[u8] = include_bytes!("../../data/robots/parts/wedge.obj");
 
@@ -24,8 +24,8 @@ fn alone(
         let found = files.iter().find(|(name, _)| Path::new(name) == path);
         found.map(|(_, bytes)| bytes.to_vec()).ok_or(io::ErrorKind::NotFound.into())
     };
-    let settings = Settings { robot, ..Settings::default() };
-    Scene::from_text(text, Path::new(path), settings, &read).map_err(|failure| failure.to_string())
+    let scene = Scene::parse_with(text, Path::new(path), &[], &robot, &read);
+    scene.map_err(|failure| failure.to_string())
 }
 
 const WITH_PACKAGE: &str = "<robot name='m'><link name='a'><inertial><mass value='1'/>\

@@ -10,7 +10,6 @@ use tumble_core::simulation::{Simulation, StepRecord};
 use tumble_core::step::StepStatus;
 use tumble_robot::{Assembled, Reading, read};
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 use tumble_scene::written;
 
 fn data() -> &'static Path {
@@ -23,7 +22,7 @@ fn bytes(path: &Path, _: u64) -> std::io::Result<Vec<u8>> {
 
 /// Scene of a text, as a file next to the robots of `data`.
 fn scene_of(text: &str, name: &str) -> Result<Scene, String> {
-    let scene = Scene::from_text(text, &data().join(name), Settings::default(), &bytes);
+    let scene = Scene::from_text(text, &data().join(name), &[], &bytes);
     scene.map_err(|failure| failure.to_string())
 }
 

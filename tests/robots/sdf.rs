@@ -11,7 +11,6 @@ use tumble_core::simulation::StepRecord;
 use tumble_robot::model::{Moves, Robot, RobotForm};
 use tumble_robot::{LinkFrame, Reading, read};
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 fn robot(content: &str) -> Robot {
     read(&format!("<sdf version='1.9'>{content}</sdf>"), &Reading::none()).unwrap()
@@ -140,7 +139,7 @@ fn universal_joints_and_screws_have_two_axes() {
 fn after(content: &str) -> (Scene, Vec<f64>) {
     let text = format!("<sdf version='1.9'>{content}</sdf>");
     let read_file = |path: &Path, _: u64| std::fs::read(path);
-    let scene = Scene::from_text(&text, Path::new("own.sdf"), Settings::default(), &read_file);
+    let scene = Scene::from_text(&text, Path::new("own.sdf"), &[], &read_file);
     let scene = scene.map_err(|failure| failure.to_string()).unwrap();
     let mut simulation = scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap();
     for _ in 0..100 {
@@ -486,8 +485,7 @@ fn a_robot_with_rounded_angles_rests() {
             wheel("rw", -0.15)
         );
         let read = |path: &Path, _: u64| std::fs::read(path);
-        let scene =
-            Scene::from_text(&text, Path::new("w.sdf"), Settings::default(), &read).unwrap();
+        let scene = Scene::from_text(&text, Path::new("w.sdf"), &[], &read).unwrap();
         let mut simulation = scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap();
         let mut record = StepRecord::new();
         for k in 0..20 {

@@ -4,8 +4,8 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble_core::simulation::StepRecord;
+use tumble_scene::overrides::FieldOverride;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 use tumble_scene::written;
 
 /// Slide and hinge with a tendon of length 2 a − b/2.
@@ -33,7 +33,7 @@ const BY_MUJOCO: [[f64; 2]; 2] = [[-13.08131701, 3.27032925], [-6.1, 1.525]];
 /// Coordinates 0.4 s later by MuJoCo 4.0.0 in steps of 1e-5 s.
 const LATER: [f64; 2] = [0.25926599, 1.03367005];
 
-fn scene_of(text: &str, settings: Settings) -> Result<Scene, String> {
+fn scene_of(text: &str, settings: &[FieldOverride]) -> Result<Scene, String> {
     let name = if text.starts_with('<') { "given.xml" } else { "given.toml" };
     let read = |path: &Path, _: u64| std::fs::read(path);
     Scene::from_text(text, Path::new(name), settings, &read).map_err(|failure| failure.to_string())
@@ -44,7 +44,7 @@ fn scene_of(text: &str, settings: Settings) -> Result<Scene, String> {
 fn springs_of_tendons_pull_as_mujocos() {
     let given = MODEL.replace("damping=\"3\"", "damping=\"3\" springlength=\"0.1\"");
     for (text, expected) in [MODEL, &given].into_iter().zip(BY_MUJOCO) {
-        let scene = scene_of(text, Settings::default()).unwrap();
+        let scene = scene_of(text, &[]).unwrap();
         let [gear] = scene.world.gears() else { panic!("{:?}", scene.world.gears()) };
         let drive = gear.drive().unwrap();
         let [q, rates] = [AT.0, AT.1];
@@ -64,11 +64,11 @@ fn springs_of_tendons_pull_as_mujocos() {
 #[test]
 fn tendon_actuators_agree_with_mujoco() {
     let error = |h: f64| {
-        let settings = || Settings { dt: Some(h), ..Settings::default() };
-        let scene = scene_of(MODEL, settings()).unwrap();
+        let settings = [FieldOverride::parse(&format!("time_step={h:?}")).unwrap()];
+        let scene = scene_of(MODEL, &settings).unwrap();
         let text = written::text(&scene).unwrap();
         assert!(text.contains("drive = { stiffness = 160.0"), "{text}");
-        let again = scene_of(&text, settings()).unwrap();
+        let again = scene_of(&text, &settings).unwrap();
         assert_eq!(again.world.gears(), scene.world.gears());
         let stop = || Arc::new(AtomicBool::new(false));
         let mut simulation = scene.simulation(&stop()).unwrap();
@@ -96,20 +96,20 @@ fn tendon_actuators_agree_with_mujoco() {
 #[test]
 fn ranges_of_tendons_are_limits_of_sums() {
     let limited = MODEL.replace("stiffness=\"40\" damping=\"3\"", "range=\"-1 0.5\"");
-    let scene = scene_of(&limited, Settings::default()).unwrap();
+    let scene = scene_of(&limited, &[]).unwrap();
     assert_eq!(scene.world.gears()[0].drive().unwrap().limits, Some([-0.5, 0.25]));
     let turned =
         limited.replace("coef=\"2\"", "coef=\"-2\"").replace("coef=\"-0.5\"", "coef=\"0.5\"");
-    let scene = scene_of(&turned, Settings::default()).unwrap();
+    let scene = scene_of(&turned, &[]).unwrap();
     let gear = scene.world.gears()[0];
     assert_eq!((gear.drive().unwrap().limits, gear.ratio()), (Some([-0.25, 0.5]), 0.25));
     let rubs = MODEL.replace("stiffness=\"40\"", "frictionloss=\"0.7\"");
-    let scene = scene_of(&rubs, Settings::default()).unwrap();
+    let scene = scene_of(&rubs, &[]).unwrap();
     assert_eq!(scene.world.gears()[0].drive().unwrap().friction, 1.4);
     // The flag removes the limit, and nothing remains.
     let off = limited
         .replace("gravity=\"0 0 0\"/>", "gravity=\"0 0 0\"><flag limit=\"disable\"/></option>");
-    assert!(scene_of(&off, Settings::default()).unwrap().world.gears().is_empty());
+    assert!(scene_of(&off, &[]).unwrap().world.gears().is_empty());
 }
 
 /// Checks that unsupported tendons are refused with their line.
@@ -125,8 +125,7 @@ fn other_tendons_that_pull_are_refused() {
         ("damping=\"3\"", "damping=\"1 2\"", &["line 9", "damping", "2 numbers"]),
         (third, "<joint joint=\"c\" coef=\"2\"/>", &["line 10", "\"c\""]),
     ] {
-        let why =
-            scene_of(&MODEL.replacen(from, to, 1), Settings::default()).err().unwrap_or_default();
+        let why = scene_of(&MODEL.replacen(from, to, 1), &[]).err().unwrap_or_default();
         assert!(words.iter().all(|word| why.contains(word)) && !why.contains('\n'), "{why:?}");
     }
 }
@@ -155,7 +154,8 @@ const GRIPPED: [[f64; 2]; 2] = [[0.07551147, -0.070776], [0.28840025, -0.5544752
 #[test]
 fn position_actuators_pull_by_tendons() {
     let error = |h: f64| {
-        let scene = scene_of(GRIPPER, Settings { dt: Some(h), ..Settings::default() }).unwrap();
+        let settings = [FieldOverride::parse(&format!("time_step={h:?}")).unwrap()];
+        let scene = scene_of(GRIPPER, &settings).unwrap();
         let mut simulation = scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap();
         let (robot, mut record) = (&scene.robots[0], StepRecord::new());
         let mut worst = 0.0_f64;
@@ -183,8 +183,8 @@ fn position_actuators_pull_by_tendons() {
 /// are refused.
 #[test]
 fn position_actuators_of_tendons_are_motors_of_sums() {
-    let scene = scene_of(GRIPPER, Settings::default()).unwrap();
-    let again = scene_of(&written::text(&scene).unwrap(), Settings::default()).unwrap();
+    let scene = scene_of(GRIPPER, &[]).unwrap();
+    let again = scene_of(&written::text(&scene).unwrap(), &[]).unwrap();
     assert_eq!(again.world.gears(), scene.world.gears());
     assert!(scene.world.gears()[0].drive().unwrap().motor.is_some());
     let third = GRIPPER
@@ -193,10 +193,10 @@ fn position_actuators_of_tendons_are_motors_of_sums() {
             "<body><joint name=\"t\" axis=\"1 0 0\"/><geom size=\"0.1\"/></body></worldbody>",
         )
         .replace("</fixed>", "<joint joint=\"t\" coef=\"1\"/></fixed>");
-    let why = scene_of(&third, Settings::default()).err().unwrap_or_default();
+    let why = scene_of(&third, &[]).err().unwrap_or_default();
     assert!(why.contains("more than two joints"), "{why}");
     // A force limit of one joint does not apply to a force on two.
     let bounded = GRIPPER.replace("name=\"r\"", "name=\"r\" actuatorfrcrange=\"-1 1\"");
-    let why = scene_of(&bounded, Settings::default()).err().unwrap_or_default();
+    let why = scene_of(&bounded, &[]).err().unwrap_or_default();
     assert!(why.contains("line 9") && why.contains("\"r\" limits"), "{why}");
 }

@@ -12,13 +12,12 @@ use tumble::{Checkpoints, Run, Simulation, State, StepRecord};
 use tumble_core::derivative::StateChange;
 use tumble_core::solver::native::StepDerivative;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 const G: f64 = 9.81;
 
 fn scene(text: &str) -> Scene {
     let read = |path: &Path, _: u64| std::fs::read(path);
-    Scene::from_text(text, Path::new("scene.toml"), Settings::default(), &read).unwrap()
+    Scene::from_text(text, Path::new("scene.toml"), &[], &read).unwrap()
 }
 
 /// Simulation of `text` with steps of 10 ms that keep `accuracy` (m).

@@ -6,7 +6,6 @@ use std::path::Path;
 use std::sync::{Arc, Mutex};
 use tumble_core::step::IslandSolver;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 fn at(x: f64, z: f64) -> State {
     State::at_rest(Vector3::new(x, 0.0, z))
@@ -316,7 +315,7 @@ fn a_wedged_capsule_takes_the_part_that_can_be_solved() {
         let text =
             format!("ground = {{ friction = 0.6, restitution = {e}, slope = 16.235 }}\n{WEDGED}");
         let none = |_: &Path, _| Err(std::io::ErrorKind::NotFound.into());
-        Scene::from_text(&text, Path::new("wedged.toml"), Settings::default(), &none)
+        Scene::from_text(&text, Path::new("wedged.toml"), &[], &none)
             .unwrap_or_else(|f| panic!("{f}"))
     };
     let mut parts = Vec::new();

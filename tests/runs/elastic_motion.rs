@@ -6,12 +6,11 @@ use crate::common::turning::turned_momentum;
 use std::io;
 use std::path::Path;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 /// Scene of a scenario's text.
 fn scene(text: &str) -> Scene {
     let none = |_: &Path, _| Err(io::ErrorKind::NotFound.into());
-    let scene = Scene::from_text(text, Path::new("elastic.toml"), Settings::default(), &none);
+    let scene = Scene::from_text(text, Path::new("elastic.toml"), &[], &none);
     let mut scene = scene.unwrap_or_else(|failure| panic!("{failure}"));
     // Momentum and energy are kept by the velocities of the steps.
     scene.use_integrator(Integrator::Euler);

@@ -8,7 +8,6 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 /// Largest energy that a passive step may make, relative to its kinetic energy.
 const SHARE: f64 = 1e-2;
@@ -51,7 +50,7 @@ fn unlagged(world: &World, states: &[State]) -> f64 {
 /// Scene of a file's text.
 pub fn scene(text: &str) -> Scene {
     let none = |_: &Path, _: u64| Err(io::ErrorKind::NotFound.into());
-    Scene::from_text(text, Path::new("scene.toml"), Settings::default(), &none).unwrap()
+    Scene::from_text(text, Path::new("scene.toml"), &[], &none).unwrap()
 }
 
 /// Steps of passive scenes.

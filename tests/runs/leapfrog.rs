@@ -9,7 +9,6 @@ use std::sync::atomic::AtomicBool;
 use tumble::{Checkpoints, Run, Simulation, State, StepRecord, Wrench};
 use tumble_core::derivative::StateChange;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 const G: f64 = 9.81;
 
@@ -17,7 +16,7 @@ const G: f64 = 9.81;
 fn scene(text: &str, h: f64) -> Scene {
     let text = format!("time_step = {h:?}\nintegrator = \"leapfrog\"\n{text}");
     let read = |path: &Path, _: u64| std::fs::read(path);
-    Scene::from_text(&text, Path::new("scene.toml"), Settings::default(), &read).unwrap()
+    Scene::from_text(&text, Path::new("scene.toml"), &[], &read).unwrap()
 }
 
 pub fn simulation(text: &str, h: f64) -> Simulation<'static> {

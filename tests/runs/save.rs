@@ -11,16 +11,16 @@ use tumble_core::simulation::save::{Saved, to_bytes};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::solver::native::NativeSolver;
 use tumble_core::step::{Step, StepReport, StepSolution, StepSolver};
-use tumble_scene::choices::{SceneName, SolverName};
+use tumble_scene::choices::SceneName;
+use tumble_scene::overrides::FieldOverride;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::{Settings, SolverTable};
-use tumble_scene::tutorial::CubeChanges;
+use tumble_scene::settings::RobotSettings;
 
 fn read(path: &Path, _: u64) -> std::io::Result<Vec<u8>> {
     std::fs::read(path)
 }
 
-fn scenario(name: &str, flags: Settings) -> Scene {
+fn scenario(name: &str, flags: &[FieldOverride]) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name);
     let text = std::fs::read_to_string(&path).unwrap();
     Scene::from_text(&text, &path, flags, &read).unwrap()
@@ -91,7 +91,7 @@ fn goes_on_alike(scene: &Scene, count: u64, cuts: &[u64], after: u64) {
 #[test]
 fn every_scenario_resumes_bit_for_bit_from_any_step() {
     for path in scenarios() {
-        let scene = scenario(path.file_name().unwrap().to_str().unwrap(), Settings::default());
+        let scene = scenario(path.file_name().unwrap().to_str().unwrap(), &[]);
         let count = (scene.rows - 1).min(240);
         goes_on_alike(&scene, count, &[0, 1, 37, 110, 111, 190, count - 1], 60);
     }
@@ -99,8 +99,8 @@ fn every_scenario_resumes_bit_for_bit_from_any_step() {
 
 #[test]
 fn a_heap_that_bounces_and_falls_goes_on_to_its_end() {
-    let flags = Settings { restitution: Some(0.6), ..Settings::default() };
-    let scene = scenario("pile.toml", flags);
+    let flags = [FieldOverride::parse("ground.restitution=0.6").unwrap()];
+    let scene = scenario("pile.toml", &flags);
     goes_on_alike(&scene, 420, &[60, 150, 300], 420);
 }
 
@@ -124,7 +124,7 @@ fn contact_memory_survives_changes_of_bodies() {
         }),
     ];
     for (name, change) in changes {
-        let scene = scenario(&format!("{name}.toml"), Settings::default());
+        let scene = scenario(&format!("{name}.toml"), &[]);
         let mut whole = simulation(&scene);
         steps(&mut whole, 600.min(scene.rows - 1));
         change(&mut whole);
@@ -157,29 +157,27 @@ fn joints_along_any_axes_are_the_same_again() {
              [[bodies]]\nname = \"b\"\nbox = 0.2\nmass = 1.0\nposition = [1, 0, 0.6]\n\
              [[joints]]\nname = \"joint\"\ntype = \"{kind}\"\nbodies = [\"a\", \"b\"]\nanchor = [0.5, 0.1, 0.6]\n{axis}\n"
         );
-        let scene = Scene::from_text(&text, Path::new("scene.toml"), Settings::default(), &read);
+        let scene = Scene::from_text(&text, Path::new("scene.toml"), &[], &read);
         goes_on_alike(&scene.unwrap(), 50, &[0, 1, 30], 50);
     }
 }
 
 #[test]
 fn ipopt_goes_on_with_its_multipliers() {
-    let scene =
-        Scene::from_tutorial(SceneName::Drop, Settings::default(), CubeChanges::default()).unwrap();
+    let scene = Scene::from_tutorial(SceneName::Drop, &[], &RobotSettings::default()).unwrap();
     // The cube touches at step 193.
     goes_on_alike(&scene, 260, &[0, 192, 195, 201, 230], 60);
 }
 
 #[test]
 fn ipopt_goes_on_under_a_load() {
-    let solver = SolverTable { name: Some(SolverName::Ipopt), ..SolverTable::default() };
-    let flags = Settings { solver, ..Settings::default() };
-    goes_on_alike(&scenario("dragged-cube.toml", flags), 60, &[3, 30], 60);
+    let flags = [FieldOverride::parse("solver.name=ipopt").unwrap()];
+    goes_on_alike(&scenario("dragged-cube.toml", &flags), 60, &[3, 30], 60);
 }
 
 #[test]
 fn a_state_goes_back_in_the_same_simulation() {
-    let scene = scenario("stack.toml", Settings::default());
+    let scene = scenario("stack.toml", &[]);
     let mut simulation = simulation(&scene);
     steps(&mut simulation, 20);
     let saved = simulation.save();
@@ -193,7 +191,7 @@ fn a_state_goes_back_in_the_same_simulation() {
 /// Such a state cannot be a new start, but it can be restored.
 #[test]
 fn body_inside_a_held_body_can_be_restored() {
-    let scene = scenario("stack.toml", Settings::default());
+    let scene = scenario("stack.toml", &[]);
     let mut whole = simulation(&scene);
     whole.hold_body(1, true).unwrap();
     steps(&mut whole, 150);
@@ -206,14 +204,14 @@ fn body_inside_a_held_body_can_be_restored() {
     assert_eq!(again.index(), 150);
     assert!(steps(&mut again, 30) == steps(&mut whole, 30));
     // States of another world are refused.
-    let pyramid = scenario("pyramid.toml", Settings::default());
+    let pyramid = scenario("pyramid.toml", &[]);
     let other = Simulation::restored(pyramid.world.clone(), motion(), &saved);
     assert!(matches!(other, Err(Error::Saved(_))));
 }
 
 #[test]
 fn wrenches_that_were_set_and_a_step_that_was_taken_back_are_of_the_state() {
-    let scene = scenario("stack.toml", Settings::default());
+    let scene = scenario("stack.toml", &[]);
     let mut whole = simulation(&scene);
     let push = Wrench { force: [3.0, 0.5, 0.0].into(), torque: [0.0, 0.1, 0.0].into() };
     whole.set_wrench(2, push).unwrap();
@@ -255,7 +253,7 @@ impl StepSolver for GivesUp {
 #[test]
 #[ignore = "slow"]
 fn interrupted_step_can_be_repeated_bit_for_bit() {
-    let scene = scenario("pile.toml", Settings::default());
+    let scene = scenario("pile.toml", &[]);
     let started = || {
         let native = NativeSolver::new(&scene.world);
         let motion = Motion::contact(GivesUp { native, left: 0 });
@@ -283,7 +281,7 @@ fn refusal(result: Result<impl Sized, Error>) -> String {
 
 #[test]
 fn invalid_saved_states_are_rejected_with_the_reason() {
-    let scene = scenario("stack.toml", Settings::default());
+    let scene = scenario("stack.toml", &[]);
     let mut run = simulation(&scene);
     steps(&mut run, 3);
     let bytes = run.save().to_bytes().unwrap();
@@ -311,16 +309,18 @@ fn invalid_saved_states_are_rejected_with_the_reason() {
 
 #[test]
 fn a_state_of_another_world_is_refused_and_nothing_changes() {
-    let flags = |mu| Settings { mu, ..Settings::default() };
-    let scene = scenario("stack.toml", flags(None));
+    let scene = scenario("stack.toml", &[]);
     let mut run = simulation(&scene);
     steps(&mut run, 3);
     let saved = run.save();
-    let mut rougher = simulation(&scenario("stack.toml", flags(Some(0.4))));
+    let mut rougher = simulation(&scenario(
+        "stack.toml",
+        &[FieldOverride::parse("ground.friction=0.4").unwrap()],
+    ));
     let before = to_bytes(&rougher.save()).unwrap();
     assert!(refusal(rougher.restore(&saved)).contains("belongs to another world"));
     assert!(to_bytes(&rougher.save()).unwrap() == before);
-    let sentence = refusal(simulation(&scenario("pyramid.toml", flags(None))).restore(&saved));
+    let sentence = refusal(simulation(&scenario("pyramid.toml", &[])).restore(&saved));
     assert!(sentence.contains("bodies; the world has"), "{sentence}");
 }
 
@@ -328,7 +328,7 @@ fn a_state_of_another_world_is_refused_and_nothing_changes() {
 /// neither when they are read nor in the steps after.
 #[test]
 fn numbers_that_contradict_each_other_are_refused_or_harmless() {
-    let scene = scenario("stack.toml", Settings::default());
+    let scene = scenario("stack.toml", &[]);
     let mut run = simulation(&scene);
     steps(&mut run, 12);
     let bytes = run.save().to_bytes().unwrap();

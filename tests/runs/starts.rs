@@ -5,13 +5,12 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 fn scenario(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name);
     let text = std::fs::read_to_string(&path).unwrap();
     let read = |path: &Path, _: u64| std::fs::read(path);
-    Scene::from_text(&text, &path, Settings::default(), &read).unwrap()
+    Scene::from_text(&text, &path, &[], &read).unwrap()
 }
 
 #[test]

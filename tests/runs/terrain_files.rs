@@ -6,9 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 use tumble_core::geometry::terrain::{HeightField, TerrainShape};
 use tumble_core::simulation::StepRecord;
-use tumble_model::Model;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 const BALL: &str = "[ground]\nnone = true\nfriction = 0.5\n[[bodies]]\nsphere = 0.1\nmass = 1.0\n\
                     position = [0, 0, 6]\n";
@@ -45,7 +43,7 @@ fn file(path: &Path, _: u64) -> io::Result<Vec<u8>> {
 
 fn scene(table: &str) -> Result<Scene, String> {
     let text = format!("{BALL}{table}");
-    let scene = Scene::from_text(&text, Path::new("scene.toml"), Settings::default(), &file);
+    let scene = Scene::from_text(&text, Path::new("scene.toml"), &[], &file);
     scene.map_err(|failure| failure.to_string())
 }
 
@@ -80,12 +78,12 @@ fn run_json_has_the_whole_terrain() {
         "[[terrain]]\nmesh = \"sheet.obj\"\nscale = 0.3\nposition = [0.1, 0, -5]\n",
     ] {
         let scene = scene(table).unwrap();
-        let text = scene.model.text().unwrap();
-        assert_eq!(Model::from_text(&text).unwrap().world().unwrap(), scene.world);
-        let odd = text
-            .replace("\"heights\":\"", "\"heights\":\"!")
-            .replace("\"vertices\":\"", "\"vertices\":\"!");
-        assert!(Model::from_text(&odd).unwrap_err().contains("Base64"));
+        let text = scene.model_text().unwrap();
+        assert_eq!(scene.clone().with_text(&text).unwrap().world, scene.world);
+        let odd =
+            text.replace("packed = \"", "packed = \"!").replace("vertices = \"", "vertices = \"!");
+        let why = scene.with_text(&odd).err().unwrap().to_string();
+        assert!(why.contains("Base64"), "{why}");
     }
 }
 
@@ -144,8 +142,7 @@ fn nearly_equal_vertices_of_a_file_are_one() {
              mass = 1.0\nposition = [-0.5, 0.5, 0.05]\nvelocity = [1.5, 0, 0]\n[[terrain]]\n\
              name = \"floor\"\nmesh = \"{mesh}\"\n"
         );
-        let scene =
-            Scene::from_text(&text, Path::new("s.toml"), Settings::default(), &file).unwrap();
+        let scene = Scene::from_text(&text, Path::new("s.toml"), &[], &file).unwrap();
         let mut simulation = scene.simulation(&Arc::default()).unwrap();
         let mut record = StepRecord::new();
         (0..300).for_each(|_| simulation.step(&mut record).unwrap());

@@ -1,7 +1,7 @@
 //! Arguments of the commands that read a file.
 
 use super::shared::AnimationArgs;
-use super::simulate::{CUBE, CubeArgs, SetupArgs};
+use super::simulate::SetupArgs;
 use crate::values;
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
@@ -141,8 +141,6 @@ pub struct NewArgs {
 pub struct CheckArgs {
     #[command(flatten)]
     pub setup: SetupArgs,
-    #[command(flatten, next_help_heading = CUBE)]
-    pub cube: CubeArgs,
 }
 
 #[derive(Debug, Args)]

@@ -1,5 +1,6 @@
 //! Command-line arguments and their allowed values.
 
+mod field_flags;
 mod files;
 mod plan;
 mod shared;
@@ -11,7 +12,7 @@ pub use files::{
 };
 pub use plan::PlanArgs;
 pub use shared::AnimationArgs;
-pub use simulate::{CubeArgs, PictureArgs, SetupArgs, SimulateArgs};
+pub use simulate::{PictureArgs, SetupArgs, SimulateArgs};
 
 use clap::{Parser, Subcommand};
 use std::sync::LazyLock;

@@ -9,9 +9,9 @@ fn words(text: &str) -> Vec<OsString> {
 #[test]
 fn a_vector_with_spaces_is_shown_with_commas() {
     let run = Cli::command();
-    let found = separate_numbers(&run, &words("--position 0 0 -1.5 --gif")).unwrap();
-    assert!(found.ends_with("write --position 0,0,-1.5"), "{found}");
-    assert_eq!(separate_numbers(&run, &words("--position 0,0,1 --steps 3")), None);
+    let found = separate_numbers(&run, &words("--gravity 0 0 -1.5 --gif")).unwrap();
+    assert!(found.ends_with("write --gravity 0,0,-1.5"), "{found}");
+    assert_eq!(separate_numbers(&run, &words("--gravity 0,0,1 --steps 3")), None);
     assert_eq!(separate_numbers(&run, &words("--steps 3 4")), None);
 }
 

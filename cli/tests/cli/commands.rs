@@ -91,7 +91,7 @@ fn misspelt_words_are_answered_with_the_nearest_one() {
         run(args).assert_refused(2, &["did you mean", hint]);
     }
     run(&["xyzzy"]).assert_refused(2, &["xyzzy", "neither a command nor a file"]);
-    run(&["run", "--position", "0", "0", "1"]).assert_refused(2, &["write --position 0,0,1"]);
+    run(&["run", "--gravity", "0", "0", "1"]).assert_refused(2, &["write --gravity 0,0,1"]);
     run(&["--gravity", "0", "0", "-5"]).assert_refused(2, &["write --gravity 0,0,-5"]);
     run(&["--gravity", "0,", "0,", "-5"]).assert_refused(2, &["write --gravity 0,0,-5"]);
 }
@@ -252,7 +252,7 @@ fn cause_of_an_unphysical_step_is_reported() {
 fn a_check_ends_with_3_if_a_first_step_does_not_converge() {
     // A cube that lands with one iteration of Ipopt, whose failure is only recorded.
     let ipopt = ["--solver", "ipopt", "--max-iter", "1", "--on-failure", "record"];
-    let start = ["--height", "1.0", "--attitude", "1,0,0,0"];
+    let start = ["--set", "start.position=0,0,1.0", "--set", "start.attitude=1,0,0,0"];
     let end = run(&[&["check"][..], &ipopt, &start].concat());
     assert_eq!(end.code, Some(3), "{end:?}");
     assert!(end.stdout.contains("10 not solved"), "{end:?}");
@@ -379,29 +379,6 @@ fn a_summary_can_be_json() {
     assert!(summary["model"].is_null() && summary["checksums"].is_null());
     assert!(summary["notes"][0].as_str().unwrap().contains("gravity points away"));
     assert!(here.join("out/view.html").is_file());
-}
-
-/// The help begins with what a scene takes. Flags of the tutorial's cube are last, and a file is
-/// answered with the field that sets the same.
-#[test]
-fn flags_of_the_cube_are_under_a_heading_at_the_end() {
-    for command in ["run", "check"] {
-        let help = run(&[command, "-h"]).stdout;
-        let place = |text: &str| help.find(text).unwrap_or_else(|| panic!("{command}: {text}"));
-        let cube = place("The tutorial's cube, without a file:");
-        for flag in ["--plane", "--mass", "--box", "--height", "--scene"] {
-            assert!(place(flag) > cube, "{command} {flag}");
-        }
-        for flag in ["[SCENE]", "--set", "--mu", "--solver"] {
-            assert!(place(flag) < cube, "{command} {flag}");
-        }
-    }
-    let slope = Path::new(crate::ROOT).join("scenarios/slope.toml");
-    let slope = slope.to_str().unwrap();
-    run(&["run", slope, "--plane", "60"])
-        .assert_refused(2, &["--plane", "--set ground.slope=VALUE"]);
-    run(&["check", slope, "--mass", "6"])
-        .assert_refused(2, &["--mass", "--set bodies.NAME.mass=VALUE"]);
 }
 
 #[test]

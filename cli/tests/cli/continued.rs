@@ -90,31 +90,51 @@ fn every_scenario_continued_equals_one_run() {
 
 #[test]
 fn continued_ipopt_run_equals_one_run() {
-    assert_continues(&["--height", "1.75"], &["20", "45"], "60");
+    assert_continues(&["--set", "start.position=0,0,1.75"], &["20", "45"], "60");
     assert_continues(&["--seed", "3"], &["215", "228"], "240");
-    assert_continues(&["--preset", "tutorial", "--height", "1.75"], &["30"], "50");
-    assert_continues(&["--on-failure", "record", "--height", "1.75"], &["30"], "50");
+    assert_continues(&["--preset", "tutorial", "--set", "start.position=0,0,1.75"], &["30"], "50");
+    assert_continues(
+        &["--on-failure", "record", "--set", "start.position=0,0,1.75"],
+        &["30"],
+        "50",
+    );
 }
 
 /// Loads, tilted planes, restitution, the floating scene and start indices continue correctly.
 #[test]
 fn loads_slopes_and_bounces_continue_exactly() {
-    let native = ["--solver", "native", "--height", "1.8"];
+    let native = ["--solver", "native", "--set", "start.position=0,0,1.8"];
     let with = |more: &[&'static str]| [&native[..], more].concat();
-    assert_continues(&with(&["--plane", "17.3", "--inertia", "solid"]), &["60"], "200");
     assert_continues(
-        &with(&["--plane", "0.3,0.2,0.9,-0.1", "--restitution", "0.7"]),
+        &with(&["--set", "ground.slope=17.3", "--set", "body.inertia=solid"]),
+        &["60"],
+        "200",
+    );
+    assert_continues(
+        &with(&[
+            "--set",
+            "ground.normal=0.3,0.2,0.9",
+            "--set",
+            "ground.offset=-0.1",
+            "--restitution",
+            "0.7",
+        ]),
         &["60", "77"],
         "200",
     );
     assert_continues(
-        &with(&["--force", "0:0,0,0", "--force", "0.4:300,0,20", "--force-at", "0,0,0.2"]),
+        &with(&[
+            "--set",
+            "load.force=[[0, 0, 0, 0], [0.4, 300, 0, 20]]",
+            "--set",
+            "load.at=0,0,0.2",
+        ]),
         &["50"],
         "250",
     );
     assert_continues(&["--scene", "floating"], &["1", "7"], "40");
     assert_continues(
-        &with(&["--start-index", "700", "--force", "1.5:0,0,0", "--force", "2:90,0,0"]),
+        &with(&["--start-index", "700", "--set", "load.force=[[1.5, 0, 0, 0], [2, 90, 0, 0]]"]),
         &["60"],
         "250",
     );
@@ -206,7 +226,7 @@ fn invalid_continuations_are_rejected_in_one_sentence() {
     let json = places.path("run").join("run.json");
     unseal(&json);
     let text = fs::read_to_string(&json).unwrap();
-    fs::write(&json, text.replace("\"mu\": 0.3", "\"mu\": 0.31")).unwrap();
+    fs::write(&json, text.replace("\"friction\": 0.3", "\"friction\": 0.31")).unwrap();
     refused(&on, &["state.bin", "another world"]);
     fs::write(&json, &text).unwrap();
     places.run(&["--solver", "native", "--steps", "35"], "other");

@@ -89,7 +89,7 @@ fn belt_accelerates_a_parcel_and_tray_follows_its_motion() {
     }
     let json = done.run_json();
     assert!(json["joints"]["largest_error_m"].as_f64().unwrap() < 1e-12);
-    assert_eq!(json["model"]["joints"][0]["course"]["times"][3], 1.4);
+    assert_eq!(json["model"]["driven"][0]["course"]["times"][3], 1.4);
     assert_eq!(json["model"]["surfaces"][0]["velocity"][0], 0.8);
     let tables = table(&done, "steps");
     let stiffest = tables.numbers("stiffness").into_iter().fold(0.0, f64::max);
@@ -179,7 +179,7 @@ fn changed_prescribed_motion_or_belt_fails_verify() {
         assert!(end.stdout.contains(words), "{path}: {end:?}");
     };
     judged(
-        "/model/joints/0/course/times/2",
+        "/model/driven/0/course/times/2",
         1.3,
         "does not match the places or motion of its bodies",
     );
@@ -337,7 +337,7 @@ velocity = [0, -0.5, 0]
     }
     assert!((body(&done, 1)[500].1[1] + 0.5).abs() < 1e-9);
     let json = done.run_json();
-    assert_eq!(json["model"]["joints"][0]["name"], "crank");
+    assert_eq!(json["model"]["driven"][0]["name"], "crank");
 }
 
 /// Two pads that close on a block, or a pad that presses two blocks against a wall, finally leave

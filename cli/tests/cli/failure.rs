@@ -60,7 +60,7 @@ fn refused_input_leaves_the_earlier_files() {
     let earlier = simulate(&["--steps", "5"]);
     let csv = earlier.csv();
     let out = earlier.directory.path().join("out");
-    let bad = ["--steps", "5", "--mass", "-1", "--out", out.to_str().unwrap()];
+    let bad = ["--steps", "5", "--set", "body.mass=-1", "--out", out.to_str().unwrap()];
     run(&bad).assert_refused(2, &["mass"]);
     assert_eq!(earlier.csv(), csv);
 }

@@ -53,7 +53,8 @@ fn friction_along_and_across_an_axis() {
     }
     let model = fs::read_to_string(out.join("run.json")).unwrap();
     let model = &serde_json::from_str::<Value>(&model).unwrap()["model"];
-    assert_eq!(model["surfaces"][1]["friction_axis"], json!([[0.0, 1.0, 0.0], 0.5]));
+    let surface = &model["surfaces"][1];
+    assert_eq!((&surface["axis"], &surface["factor"]), (&json!([0.0, 1.0, 0.0]), &json!(0.5)));
     let verified = run(&["verify", out.to_str().unwrap()]);
     assert_eq!(verified.code, Some(0), "{verified:?}");
     let again = directory.path().join("again.toml");

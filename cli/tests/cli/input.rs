@@ -57,47 +57,39 @@ fn with_json(old: &str, new: &str) -> tempfile::TempDir {
     directory
 }
 
+/// First field of the body in run.json.
+const NAME: &str = "\"name\": \"body\"";
+
 #[test]
 fn bad_values_of_a_run_json_name_the_file_and_the_field() {
     let long = format!("\"{}\"", "x".repeat(1 << 20));
     for (old, new, words) in [
         ("\"drop\"", long.as_str(), ["scene", "80 characters"]),
         ("\"ipopt\"", &long, ["solver.name", "80 characters"]),
-        ("\"mass\": 10.0", "\"mass\": -1", ["model.bodies[0]: mass", "1e-9 to 1e9"]),
+        ("\"mass\": 10.0", "\"mass\": -1", ["model.bodies[0].mass", "1e-9 to 1e9"]),
         ("\"mass\": 10.0", "\"mass\": \"10\"", ["model.bodies[0].mass", "expected a number"]),
         ("\"mass\": 10.0", "\"mass\": 1e9", ["model.bodies[0]", "0.01"]),
-        ("\"dt\": 0.002", "\"dt\": 7", ["model.dt", "7"]),
-        ("\"mu\": 0.3", "\"mu\": -3", ["model.mu", "-3"]),
-        ("\"gravity\": [", "\"gravity\": [0,", ["model.gravity", "trailing characters"]),
-        ("\"normal\": [", "\"normal\": [0,", ["model.plane.normal", "length 4"]),
-        (
-            "\"sides\": [",
-            "\"sides\": [0,",
-            ["model.shapes[0].pieces[0].form", "trailing characters"],
-        ),
-        (
-            "\"start\": {\n          \"position\": [",
-            "\"start\": {\n          \"position\": [0,",
-            ["model.bodies[0].start.position", "trailing characters"],
-        ),
-        (
-            "\"attitude\": [",
-            "\"attitude\": [0,",
-            ["model.shapes[0].pieces[0].place.attitude", "trailing characters"],
-        ),
+        ("\"time_step\": 0.002", "\"time_step\": 7", ["model.time_step", "7"]),
+        ("\"friction\": 0.3", "\"friction\": -3", ["model.ground.friction", "-3"]),
+        ("\"gravity\": [", "\"gravity\": [0,", ["model.gravity", "three are needed"]),
+        ("\"normal\": [", "\"normal\": [0,", ["model.ground.normal", "length 4"]),
+        ("\"box\": [", "\"box\": [0,", ["model.bodies[0].pieces[0].box", "three are needed"]),
+        ("\"position\": [", "\"position\": [0,", ["model.bodies[0].position", "length 4"]),
+        ("\"attitude\": [", "\"attitude\": [0,", ["model.bodies[0].attitude", "four numbers"]),
         ("\"drawn\": true", "\"drawn\": 1", ["drawn", "boolean"]),
         ("\"seed\": 42", "\"seed\": -42", ["seed", "-42"]),
-        ("\"load\": null", "\"load\": 7", ["model.bodies[0].load", "force, torque and at"]),
+        (NAME, "\"load\": 7, \"name\": \"body\"", ["model.bodies[0].load", "expected a table"]),
         (
-            "\"load\": null",
-            "\"load\": {\"force\": [[0, 1, 2, 3, 4]], \"torque\": [], \"at\": [0, 0, 0]}",
-            ["model.bodies[0].load.force[0]", "length 5"],
+            NAME,
+            "\"load\": {\"force\": [[0, 1, 2, 3, 4]]}, \"name\": \"body\"",
+            ["model.bodies[0].load.force", "three numbers"],
         ),
         (
-            "\"load\": null",
-            "\"load\": {\"force\": [[0, 1, 2, 1e30]], \"torque\": [], \"at\": [0, 0, 0]}",
-            ["model.force", "1e30"],
+            NAME,
+            "\"load\": {\"force\": [[0, 1, 2, 1e30]]}, \"name\": \"body\"",
+            ["model.bodies[0].load.force", "1e30"],
         ),
+        ("\"format\": 2", "\"format\": 1", ["format of tumble", "run the scene again"]),
     ] {
         let directory = with_json(old, new);
         for command in READERS {
@@ -130,7 +122,7 @@ fn control_characters_are_escaped_in_all_output() {
     let done = run(&["--steps", "3", "--plot", "--html", "--gif", "--out", place]);
     assert_eq!(done.code, Some(0), "{done:?}");
     assert!(done.stdout.contains("\\u{1b}"), "{done:?}");
-    for end in ends.iter().chain([&done, &run(&["--mass", evil]), &run(&[evil])]) {
+    for end in ends.iter().chain([&done, &run(&["--set", evil]), &run(&[evil])]) {
         let invalid = ['\u{1b}', '\u{7}', '\u{202e}'];
         assert!(!end.stderr.contains(invalid) && !end.stdout.contains(invalid), "{end:?}");
     }
@@ -140,8 +132,8 @@ fn control_characters_are_escaped_in_all_output() {
 fn flag_without_its_value_is_named() {
     for args in [
         ["--steps", "--out", "x"].as_slice(),
-        &["--mass", "--steps", "5"],
-        &["--velocity", "--out", "verify"],
+        &["--mu", "--steps", "5"],
+        &["--gravity", "--out", "verify"],
         &["gif", "--gif-size", "--out", "x", "y.csv"],
     ] {
         let lacking = args.windows(2).find(|pair| pair.iter().all(|arg| arg.starts_with("--")));
@@ -152,7 +144,7 @@ fn flag_without_its_value_is_named() {
     // A negative vector is a value and not a flag.
     let directory = tempfile::tempdir().unwrap();
     let out = directory.path().join("out");
-    let args = ["--steps", "3", "--velocity", "-1,2,3", "--out", out.to_str().unwrap()];
+    let args = ["--steps", "3", "--set", "start.velocity=-1,2,3", "--out", out.to_str().unwrap()];
     assert_eq!(run(&args).code, Some(0));
 }
 
@@ -160,11 +152,10 @@ fn flag_without_its_value_is_named() {
 #[test]
 fn numbers_are_shown_as_they_are_typed() {
     for args in [
-        ["--height", "1e-320"],
-        ["--height", "-1e300"],
-        ["--position", "0,0,1e-320"],
+        ["--set", "start.position=0,0,1e-320"],
+        ["--set", "start.position=0,0,-1e300"],
         ["--tol", "1e-320"],
-        ["--mass", "1e-320"],
+        ["--set", "body.mass=1e-320"],
     ] {
         let end = run(&args);
         end.assert_refused(2, &[args[0]]);
@@ -186,15 +177,29 @@ fn a_tolerance_that_rounding_cannot_reach_is_refused_with_the_reason() {
 fn titles_name_the_changed_settings() {
     for (flags, title) in [
         ([].as_slice(), "drop scene, seed 42, "),
-        (&["--mu", "0.3", "--height", "2.5", "--plane", "0"], "drop scene, seed 42, "),
+        (&["--mu", "0.3", "--set", "start.position=0,0,2.5"], "drop scene, seed 42, "),
         (&["--mu", "0.2"], "drop scene with changed mu, seed 42, "),
         (
-            &["--box", "1", "--height", "3", "--mass", "2"],
-            "with changed mass, box, height, seed 42",
+            &["--set", "body.box=1", "--set", "start.position=0,0,3", "--set", "body.mass=2"],
+            "with changed body.box, start.position, body.mass, seed 42",
         ),
-        (&["--scene", "floating", "--spin", "1,1,1"], "floating scene with changed spin, "),
         (
-            &["--mu", "0", "--mass", "2", "--dt", "0.001", "--height", "4", "--gravity", "2"],
+            &["--scene", "floating", "--set", "start.spin=1,1,1"],
+            "floating scene with changed start.spin, ",
+        ),
+        (
+            &[
+                "--mu",
+                "0",
+                "--set",
+                "body.mass=2",
+                "--dt",
+                "0.001",
+                "--set",
+                "start.position=0,0,4",
+                "--gravity",
+                "2",
+            ],
             "drop scene with 5 changed settings, seed 42, ",
         ),
     ] {
@@ -229,7 +234,7 @@ fn error_messages_shorten_long_input() {
         end.assert_refused(2, &[name]);
         assert!(end.stderr.len() < 1000, "{name}: {} bytes", end.stderr.len());
     }
-    let end = run(&["--mass", &"9".repeat(100_000)]);
-    end.assert_refused(2, &["--mass"]);
+    let end = run(&["--mu", &"9".repeat(100_000)]);
+    end.assert_refused(2, &["--mu"]);
     assert!(end.stderr.len() < 1000, "{} bytes", end.stderr.len());
 }

@@ -397,7 +397,7 @@ fn ladder_solves_every_step_and_reports_the_rung() {
 #[test]
 fn unsupported_failure_choices_are_rejected() {
     for (args, words) in [
-        (["--solver", "native", "--on-failure", "ladder"], ["--on-failure ladder", "native"]),
+        (["--solver", "native", "--on-failure", "ladder"], ["--on-failure", "native"]),
         (["--scene", "floating", "--on-failure", "record"], ["--on-failure", "floating"]),
         (["--solver", "ipopt", "--on-failure", "ignore"], ["--on-failure", "ladder, record, stop"]),
     ] {

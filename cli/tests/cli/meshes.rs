@@ -82,11 +82,11 @@ fn a_ball_rests_in_a_bowl_whose_pieces_are_stored() {
     assert_eq!(end.code, Some(0), "{end:?}");
     let json = fs::read_to_string(directory.path().join("out/run.json")).unwrap();
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
-    let pieces = json["model"]["shapes"][0]["pieces"].as_array().unwrap();
+    let pieces = json["model"]["bodies"][0]["pieces"].as_array().unwrap();
     assert!((4..=24).contains(&pieces.len()), "{}", pieces.len());
-    assert!(pieces.iter().all(|piece| piece["form"]["hull"]["points"].is_array()));
+    assert!(pieces.iter().all(|piece| piece["hull"].is_array()));
     // The drawing is the mesh itself.
-    let look = &json["model"]["looks"][0][0]["form"]["mesh"];
+    let look = &json["model"]["bodies"][0]["look"][0]["surface"];
     assert_eq!(look["triangles"].as_array().unwrap().len(), 288);
     // A solid of revolution about z with 24 sectors, summed over the cones between the rings:
     // V = A h (r² + r s + s²)/3 for radii r and s, with A = 12 sin(2π/24) instead of π.
@@ -176,7 +176,7 @@ fn wrong_fields_and_meshes_are_refused() {
         ("decompose = { pieces = 24 }", "decompose = {}\nradius = 0.1", "bodies[0].radius"),
         ("decompose = { pieces = 24 }", "decompose = {}\nbox = 1", "already `box`"),
         ("decompose = { pieces = 24 }", "decompose = {}\npoint_mass = true", "bodies[0].decompose"),
-        ("mesh = \"bowl.obj\"", "sphere = 1", "without `mesh`"),
+        ("mesh = \"bowl.obj\"", "sphere = 1", "without a `mesh` file"),
         ("decompose = { pieces = 24 }", "", "decompose it into convex pieces"),
         ("\"bowl.obj\"", "\"open.obj\"", "the mesh is open"),
         ("\"bowl.obj\"", "\"none.obj\"", "none.obj"),

@@ -49,7 +49,8 @@ fn a_run_that_is_refused_removes_nothing() {
     let first = simulate(&["--steps", "3", "--plot"]);
     let out = first.path("");
     let before = everything_in(&out);
-    run(&["--steps", "3", "--mass", "-1", "--out", text(&out)]).assert_refused(2, &["--mass"]);
+    run(&["--steps", "3", "--set", "body.mass=-1", "--out", text(&out)])
+        .assert_refused(2, &["body.mass"]);
     assert_eq!(everything_in(&out), before);
 }
 

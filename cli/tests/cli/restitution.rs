@@ -7,12 +7,12 @@ use std::fs;
 
 #[test]
 fn a_run_that_bounces_says_so_and_verifies() {
-    let bouncing = ["--restitution", "0.6", "--inertia", "solid"];
+    let bouncing = ["--restitution", "0.6", "--set", "body.inertia=solid"];
     let args = [&["--steps", "300", "--solver", "native"], &bouncing[..]].concat();
     let simulated = simulate(&args);
     assert_eq!(simulated.end.code, Some(0), "{:?}", simulated.end);
     assert!(
-        simulated.end.stdout.contains("with changed restitution, inertia"),
+        simulated.end.stdout.contains("with changed restitution, body.inertia"),
         "{:?}",
         simulated.end
     );
@@ -20,7 +20,7 @@ fn a_run_that_bounces_says_so_and_verifies() {
     let shares = table(&simulated, "steps").numbers("restitution_share");
     assert!(shares.iter().all(|share| (0.0..=1.0).contains(share)));
     assert!(states.numbers("vz_m_s").iter().any(|speed| *speed > 0.1), "it bounces");
-    assert_eq!(simulated.run_json()["model"]["restitution"], 0.6);
+    assert_eq!(simulated.run_json()["model"]["ground"]["restitution"], 0.6);
     let path = simulated.path("states.csv");
     let end = run(&["verify", path.to_str().unwrap()]);
     assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{end:?}");
@@ -28,7 +28,7 @@ fn a_run_that_bounces_says_so_and_verifies() {
     // change too.
     unseal(&simulated.path("run.json"));
     let mut other = simulated.run_json();
-    other["model"]["restitution"] = 0.2.into();
+    other["model"]["ground"]["restitution"] = 0.2.into();
     fs::write(simulated.path("run.json"), other.to_string()).unwrap();
     let end = run(&["verify", path.to_str().unwrap()]);
     assert_eq!(end.code, Some(1), "{end:?}");
@@ -40,7 +40,7 @@ fn a_run_that_bounces_says_so_and_verifies() {
 /// share of it.
 #[test]
 fn impacts_that_would_make_energy_are_counted() {
-    let args = ["--seed", "0", "--restitution", "0.9", "--mu", "1", "--inertia", "solid"];
+    let args = ["--seed", "0", "--restitution", "0.9", "--mu", "1", "--set", "body.inertia=solid"];
     let simulated = simulate(&[&args[..], &["--solver", "native"]].concat());
     assert_eq!(simulated.end.code, Some(0), "{:?}", simulated.end);
     let shares = table(&simulated, "steps").numbers("restitution_share");

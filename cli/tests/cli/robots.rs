@@ -187,8 +187,8 @@ fn invalid_robot_options_are_rejected_in_one_sentence() {
     fs::write(&xacro, "<robot xmlns:xacro='http://www.ros.org/wiki/xacro' name='a'>\n<xacro:include filename='b'/></robot>").unwrap();
     run(&["--scenario", text(&xacro)]).assert_refused(2, &["a.urdf", "Xacro"]);
     run(&["--scenario", text(&model("hopper.xml")), "--mu", "0.5"]).assert_refused(2, &["--mu"]);
-    run(&["--scenario", text(&model("hopper.xml")), "--position", "0,0,1"])
-        .assert_refused(2, &["--position"]);
+    run(&["--scenario", text(&model("hopper.xml")), "--set", "start.position=0,0,1"])
+        .assert_refused(2, &["--set", "start.position", "[[robots]]"]);
     run(&["convert", text(&model("hopper.xml")), "out.txt"])
         .assert_refused(2, &["out.txt", ".toml"]);
     let own = directory.path().join("own.toml");

@@ -63,7 +63,7 @@ fn run_json_of_other_rows_is_reported_with_its_field() {
     type Change = fn(&mut Value);
     let cases: [(&str, Change); 8] = [
         ("the start differs from the first row", |json| {
-            json["model"]["bodies"][0]["start"]["position"][0] = json!(0.25)
+            json["model"]["bodies"][0]["position"][0] = json!(0.25)
         }),
         ("the seed 43 draws a different start of body", |json| json["seed"] = json!(43)),
         ("complete with 241 rows requested", |json| json["steps"] = json!(241)),

@@ -42,7 +42,7 @@ fn every_shipped_scene_of_several_bodies_runs_and_verifies() {
         let bodies = json["model"]["bodies"].as_array().unwrap();
         // Motors may add energy. The energy of jointed bodies oscillates by the second order of the
         // step (`joints.rs`).
-        let tied = json["model"]["joints"].is_array();
+        let tied = json["model"]["joints"].is_array() || json["model"]["driven"].is_array();
         let mass: f64 = bodies.iter().map(|body| body["mass"].as_f64().unwrap()).sum();
         // The push that separates overlapping bodies lifts at most the total weight by the overlap.
         let pushed = mass * 9.81 * overlap;
@@ -93,7 +93,7 @@ fn every_shipped_scene_of_several_bodies_runs_and_verifies() {
 fn gain_by_turning(done: &Simulated) -> Vec<f64> {
     let (states, contacts) = (table(done, "states"), table(done, "contacts"));
     let json = done.run_json();
-    let h = json["model"]["dt"].as_f64().unwrap();
+    let h = json["model"]["time_step"].as_f64().unwrap();
     let bodies = json["model"]["bodies"].as_array().unwrap().len();
     let vectors = |table: &Table, names: [&str; 3]| -> Vec<Vector3<f64>> {
         let [x, y, z] = names.map(|name| table.numbers(name));
@@ -298,7 +298,7 @@ fn every_shape_has_its_mass_and_verifies() {
         assert!((found - expected).abs() < 1e-15, "{axis}: {found} {expected}");
     }
     // Both friction entries of pairs are in the model.
-    assert_eq!(json["model"]["frictions"].as_array().unwrap().len(), 2);
+    assert_eq!(json["model"]["friction"].as_array().unwrap().len(), 2);
 }
 
 /// A scene without ground runs, verifies and is drawn without ground. A free body falls past the
@@ -335,7 +335,7 @@ fn a_scene_needs_no_ground() {
     assert!((z[2 * 199 + 1] + fallen).abs() < 1e-12, "{}", z[2 * 199 + 1]);
     let json = fs::read_to_string(out.join("run.json")).unwrap();
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
-    assert!(json["model"]["plane"].is_null());
+    assert_eq!(json["model"]["ground"]["none"], true);
     let verified = run(&["verify", out.join("states.csv").to_str().unwrap()]);
     assert_eq!(verified.code, Some(0), "{verified:?}");
 

@@ -216,20 +216,19 @@ fn a_longer_run_begins_with_the_shorter_one() {
 
 #[test]
 fn every_flag_is_recorded_and_used() {
-    let inertia = "0.02,0.001,0,0.001,0.03,0,0,0,0.025";
+    let inertia = "--set=body.inertia=[[0.02, 0.001, 0], [0.001, 0.03, 0], [0, 0, 0.025]]";
     let run = simulate(&[
         "--scene=drop",
         "--steps=20",
         "--seed=4294967295",
         "--dt=0.001",
         "--mu=0.5",
-        "--mass=7.5",
-        "--inertia",
+        "--set=body.mass=7.5",
         inertia,
         "--gravity=0.5,-1,-9",
-        "--height=4.25",
-        "--velocity=-1,2,-0.5",
-        "--spin=-3,0.5,1e-1",
+        "--set=start.position=0,0,4.25",
+        "--set=start.velocity=-1,2,-0.5",
+        "--set=start.spin=-3,0.5,1e-1",
         "--detection=height",
         "--tol=1e-7",
         "--max-iter=250",
@@ -240,31 +239,28 @@ fn every_flag_is_recorded_and_used() {
     assert_eq!(json["seed"], 4_294_967_295_u32);
     assert_eq!(json["tumble_version"], env!("CARGO_PKG_VERSION"));
     assert_eq!(json["ipopt_version"], tumble::ipopt::VERSION);
-    for (field, expected) in
-        [("dt", json!(0.001)), ("mu", json!(0.5)), ("gravity", json!([0.5, -1.0, -9.0]))]
-    {
-        assert_eq!(json["model"][field], expected, "{field}");
-    }
+    let model = &json["model"];
+    assert_eq!((&model["time_step"], &model["ground"]["friction"]), (&json!(0.001), &json!(0.5)));
+    assert_eq!(model["gravity"], json!([0.5, -1.0, -9.0]));
     let body = &json["model"]["bodies"][0];
     assert_eq!(json["steps"], 20);
     assert_eq!(body["mass"], 7.5);
     let inertia = json!([[0.02, 0.001, 0.0], [0.001, 0.03, 0.0], [0.0, 0.0, 0.025]]);
     assert_eq!(body["inertia"], inertia);
-    let shape = &json["model"]["shapes"][0]["pieces"][0]["form"];
-    assert_eq!(shape["box"]["sides"], json!([2.0, 2.0, 2.0]));
+    assert_eq!(body["pieces"][0]["box"], json!([2.0, 2.0, 2.0]));
     assert_eq!(json["solver"]["detection"], "height");
     assert_eq!(json["solver"]["tol"], 1e-7);
     assert_eq!(json["solver"]["max_iter"], 250);
-    assert_eq!(body["start"]["position"], json!([0.0, 0.0, 4.25]));
-    assert_eq!(body["start"]["velocity"], json!([-1.0, 2.0, -0.5]));
-    assert_eq!(body["start"]["spin"], json!([-3.0, 0.5, 0.1]));
+    assert_eq!(body["position"], json!([0.0, 0.0, 4.25]));
+    assert_eq!(body["velocity"], json!([-1.0, 2.0, -0.5]));
+    assert_eq!(body["spin"], json!([-3.0, 0.5, 0.1]));
     let table = run.table();
     for (column, expected) in [("z_m", 4.25), ("vx_m_s", -1.0), ("vz_m_s", -0.5), ("wz_rad_s", 0.1)]
     {
         assert_eq!(table.numbers(column)[0], expected, "{column}");
     }
     for (row, field) in [("qw", 0), ("qx", 1), ("qy", 2), ("qz", 3)] {
-        assert_eq!(json!(table.numbers(row)[0]), body["start"]["attitude"][field]);
+        assert_eq!(json!(table.numbers(row)[0]), body["attitude"][field]);
     }
 }
 

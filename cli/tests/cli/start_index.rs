@@ -4,7 +4,7 @@ use super::support::{Simulated, Table, run, simulate};
 use crate::ROOT;
 use std::fs;
 
-const LOAD: [&str; 4] = ["--force", "1:0,0,0", "--force", "2:40,0,30"];
+const LOAD: [&str; 2] = ["--set", "load.force=[[1, 0, 0, 0], [2, 40, 0, 30]]"];
 
 fn table(done: &Simulated, name: &str) -> Table {
     Table::parse(&fs::read_to_string(done.path(name)).unwrap())
@@ -29,10 +29,11 @@ fn a_run_from_an_index_has_the_rows_and_loads_of_that_time() {
     let rows = fs::read_to_string(whole.path("trajectory.csv")).unwrap();
     let at = |k: usize| rows.lines().nth(k + 1).unwrap().split(',').collect::<Vec<_>>();
     let from = at(600);
-    let [position, attitude, velocity, spin] =
-        [2..5, 5..9, 9..12, 12..15].map(|columns| from[columns].join(","));
-    let start = ["--position", &position, "--attitude", &attitude, "--velocity", &velocity];
-    let later = ["--spin", &spin, "--start-index", "600", "--steps", "400"];
+    let fields = [("position", 2..5), ("attitude", 5..9), ("velocity", 9..12), ("spin", 12..15)];
+    let start =
+        fields.map(|(field, columns)| format!("--set=start.{field}={}", from[columns].join(",")));
+    let start = start.each_ref().map(String::as_str);
+    let later = ["--start-index", "600", "--steps", "400"];
     let part = simulated(&[&scene[..], &LOAD, &start, &later].concat());
     let (mine, all) = (table(&part, "trajectory.csv"), table(&whole, "trajectory.csv"));
     for column in ["k", "time_s", "x_m", "z_m", "qw", "vx_m_s", "wy_rad_s"] {

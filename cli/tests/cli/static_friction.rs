@@ -33,7 +33,7 @@ fn a_table_of_friction_runs_and_verifies() {
     }
     let file = fs::read_to_string(out.join("run.json")).unwrap();
     let model = &serde_json::from_str::<Value>(&file).unwrap()["model"];
-    assert_eq!(model["stick_speed"], json!([[0.0, 1.0], [0.5, 0.0]]));
+    assert_eq!(model["ground"]["stick_speed"], json!([[0.0, 1.0], [0.5, 0.0]]));
     let verified = run(&["verify", out.to_str().unwrap()]);
     assert_eq!(verified.code, Some(0), "{verified:?}");
     let [scene, again] = ["test.toml", "again.toml"].map(|name| directory.path().join(name));
@@ -50,7 +50,7 @@ fn another_table_does_not_verify() {
     assert_eq!(end.code, Some(0), "{end:?}");
     let path = directory.path().join("out/run.json");
     let mut file: Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
-    file["model"]["stick_speed"][1][0] = json!(0.6);
+    file["model"]["ground"]["stick_speed"][1][0] = json!(0.6);
     file.as_object_mut().unwrap().remove("checksums");
     fs::write(&path, file.to_string()).unwrap();
     let verified = run(&["verify", directory.path().join("out").to_str().unwrap()]);

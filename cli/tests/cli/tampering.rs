@@ -10,7 +10,6 @@ use tumble_core::simulation::StepRecord;
 use tumble_core::step::StepStatus;
 use tumble_scene::output::tables::{Streams, Table as RunTable, TablesWriter};
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 /// Scene with a box that slides on another box and a ball that rolls on a fixed plate.
 const SCENE: &str = r#"
@@ -397,7 +396,7 @@ fn a_failed_step_of_huge_forces_verifies_as_failed() {
     assert_eq!(done.end.code, Some(0), "{:?}", done.end);
 
     let read = |_: &Path, _: u64| Err(std::io::ErrorKind::NotFound.into());
-    let scene = Scene::from_text(SCENE, &file, Settings::default(), &read);
+    let scene = Scene::from_text(SCENE, &file, &[], &read);
     let scene = scene.unwrap_or_else(|_| panic!("the scene was run"));
     let mut simulation = scene.simulation(&Arc::default()).unwrap_or_else(|_| panic!("as before"));
     let create = |table: RunTable| fs::File::create(done.path(&format!("{table}.csv"))).unwrap();

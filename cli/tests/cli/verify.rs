@@ -25,9 +25,29 @@ fn unchanged_files_verify() {
     for args in [
         ["--steps", "240"].as_slice(),
         &["--scene", "floating", "--steps", "300"],
-        &["--scene", "floating", "--steps", "50", "--gravity", "1,2,-3", "--inertia", "1,2,3"],
+        &[
+            "--scene",
+            "floating",
+            "--steps",
+            "50",
+            "--gravity",
+            "1,2,-3",
+            "--set",
+            "body.inertia=1,2,3",
+        ],
         &["--steps", "1"],
-        &["--steps", "225", "--seed", "1", "--dt", "0.0021", "--mass", "3", "--gravity", "0,1,-9"],
+        &[
+            "--steps",
+            "225",
+            "--seed",
+            "1",
+            "--dt",
+            "0.0021",
+            "--set",
+            "body.mass=3",
+            "--gravity",
+            "0,1,-9",
+        ],
     ] {
         let simulated = simulate(args);
         let end = verify(&simulated.path(""), &[]);
@@ -106,7 +126,7 @@ fn other_files_are_rejected_as_tables() {
 #[test]
 fn the_time_step_of_another_run_is_refused() {
     let directory = contact_files();
-    let json = contact_run()[3].replace("\"dt\": 0.002", "\"dt\": 0.004");
+    let json = contact_run()[3].replace("\"time_step\": 0.002", "\"time_step\": 0.004");
     fs::write(directory.path().join("run.json"), json).unwrap();
     verify(directory.path(), &[])
         .assert_refused(2, &["step 1, interval 0 has time_s = 0.002", "0.004 s"]);

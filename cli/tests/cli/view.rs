@@ -178,10 +178,28 @@ fn the_page_is_one_file_that_loads_nothing() {
 /// The page contains the tilted plane, and the height of the lowest point is measured from it.
 #[test]
 fn a_slope_is_a_slope_in_the_page() {
-    let body = ["--box", "0.4,0.3,0.2", "--mass", "2", "--inertia", "solid", "--solver", "native"];
-    let ground = ["--plane", "25", "--mu", "0.4", "--frame", "ground", "--steps", "200"];
-    let place = ["--position", "0,0,0.1", "--attitude", "1,0,0,0"];
-    let motion = ["--velocity", "0,0,0", "--spin", "0,0,0"];
+    let body = [
+        "--set",
+        "body.box=0.4,0.3,0.2",
+        "--set",
+        "body.mass=2",
+        "--set",
+        "body.inertia=solid",
+        "--solver",
+        "native",
+    ];
+    let ground = [
+        "--set",
+        "ground.slope=25",
+        "--mu",
+        "0.4",
+        "--set",
+        "start.frame=ground",
+        "--steps",
+        "200",
+    ];
+    let place = ["--set", "start.position=0,0,0.1", "--set", "start.attitude=1,0,0,0"];
+    let motion = ["--set", "start.velocity=0,0,0", "--set", "start.spin=0,0,0"];
     let (_, page) = simulate_with_page(&[&body[..], &ground, &place, &motion].concat());
     let ground = &page.data["runs"][0]["ground"];
     let normal = [25f64.to_radians().sin(), 0.0, 25f64.to_radians().cos()];
@@ -208,7 +226,16 @@ fn the_page_has_a_ground_where_the_run_has_one() {
     };
     let falling = ["--scene", "floating", "--gravity", "9.81", "--steps", "100"];
     assert!(ground(&falling).is_null());
-    let hovering = ["--solver", "native", "--gravity", "0", "--height", "1.8", "--steps", "20"];
+    let hovering = [
+        "--solver",
+        "native",
+        "--gravity",
+        "0",
+        "--set",
+        "start.position=0,0,1.8",
+        "--steps",
+        "20",
+    ];
     assert_eq!(ground(&hovering)["normal"], serde_json::json!([0.0, 0.0, 1.0]));
 }
 
@@ -349,7 +376,8 @@ fn joint_forces_are_in_the_world_frame() {
 
 #[test]
 fn the_parameters_and_counts_are_those_of_run_json() {
-    let args = ["--inertia", "1,2,3", "--box", "1,2,0.5", "--mu", "0.5", "--seed", "7"];
+    let args =
+        ["--set", "body.inertia=1,2,3", "--set", "body.box=1,2,0.5", "--mu", "0.5", "--seed", "7"];
     let (simulated, page) = simulate_with_page(&[RUN.as_slice(), &args].concat());
     for (name, value) in [
         ("scene", "drop"),
@@ -470,7 +498,9 @@ fn a_single_row_and_a_body_that_is_no_box_have_pages() {
 
     let mut run_json = simulated.run_json();
     let corners: Vec<_> = (0..8).map(|i| [1.0 + f64::from(i), 1.0, 1.0]).collect();
-    run_json["model"]["shapes"][0] = serde_json::json!({ "points": corners });
+    let body = run_json["model"]["bodies"][0].as_object_mut().unwrap();
+    body.remove("pieces");
+    body.insert("points".to_owned(), serde_json::json!(corners));
     fs::write(simulated.path("run.json"), run_json.to_string()).unwrap();
     assert_eq!(view(&[&simulated.path("states.csv")], &[]).code, Some(0));
     let page = Page::read(&simulated.path("view.html"));

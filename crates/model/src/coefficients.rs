@@ -1,13 +1,11 @@
 //! Coefficients of contact laws: of the world, of single objects and of pairs.
 
 use super::model::{Model, PartnerModel};
-use serde::{Deserialize, Serialize};
 use tumble_core::error::Error;
 use tumble_core::world::{Coefficient, World};
 
 /// Coefficients of one law: of the world, of bodies and fixed geometry, and of pairs.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
-#[serde(default)]
+#[derive(Debug, Clone, Default)]
 pub struct CoefficientsModel {
     /// Coefficient of the ground, and of bodies and fixed geometry without their own.
     pub world: Option<f64>,
@@ -51,7 +49,7 @@ impl CoefficientsModel {
 }
 
 /// Coefficient of friction or restitution of one pair.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone)]
 pub struct PairModel {
     /// First partner, an index into `bodies`.
     pub body: usize,

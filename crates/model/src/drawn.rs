@@ -78,16 +78,14 @@ impl Model {
 
     /// Name of the first body whose start differs from the draw of `seed`.
     pub fn seed_mismatch(&self, seed: u32) -> Option<&str> {
-        let plane = self.plane.as_ref();
-        let plane = plane.and_then(|plane| Plane::new(plane.normal.0.into(), plane.offset).ok());
         let mut draws = Draws::new(seed);
         let still = (Vector3::zeros(), Vector3::zeros());
         let body = self.bodies.iter().find(|body| {
             let Some(drawn) = &body.drawn else { return false };
-            let ground = plane.as_ref().filter(|_| drawn.ground);
+            let ground = self.plane.as_ref().filter(|_| drawn.ground);
             let found =
                 state_at(ground, &drawn.place(&mut draws), still.0, still.1, &body.centre.into());
-            let start = body.start.state();
+            let start = body.start;
             let off = (found.position - start.position).amax();
             let turned = (found.attitude - start.attitude).amax();
             // Written so that a NaN counts as a difference.

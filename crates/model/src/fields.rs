@@ -49,11 +49,6 @@ pub fn numbers(vector: &Vector3<f64>) -> Numbers<3> {
     Exactly((*vector).into())
 }
 
-/// Matrix in the form of the files, by rows.
-pub fn by_rows(matrix: &Matrix3<f64>) -> Exactly<Numbers<3>, 3> {
-    Exactly(std::array::from_fn(|row| numbers(&matrix.row(row).transpose())))
-}
-
 /// Matrix from the rows in a file.
 pub fn matrix(rows: &Exactly<Numbers<3>, 3>) -> Matrix3<f64> {
     Matrix3::from_fn(|row, column| rows.0[row].0[column])

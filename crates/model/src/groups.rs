@@ -2,8 +2,7 @@
 
 use super::model::{Model, PartnerModel};
 use crate::failure::Failure;
-use serde::{Deserialize, Serialize};
-use strsim::levenshtein as edits;
+use crate::nearest::nearest;
 use tumble_core::world::{Groups, World};
 
 /// Group of bodies and fixed pieces without groups. It is bit 0 of the masks.
@@ -14,13 +13,11 @@ pub const GROUND: &str = "ground";
 pub const MOST_GROUPS: usize = 62;
 
 /// Collision groups of a body or a fixed piece.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct GroupsModel {
     /// Names of its groups; empty for `default`.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub members: Vec<String>,
     /// Names of the groups that it collides with; absent for all.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub collides_with: Option<Vec<String>>,
 }
 
@@ -123,14 +120,3 @@ impl Model {
         }
     }
 }
-
-/// The name that differs from `name` by the fewest letters, if these are at most a third of it.
-fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    let most = name.chars().count().div_ceil(3);
-    let ranked = known.map(|other| (edits(name, other), other));
-    ranked.filter(|(edits, _)| *edits <= most).min_by_key(|(edits, _)| *edits).map(|(_, near)| near)
-}
-
-#[cfg(test)]
-#[path = "tests/groups.rs"]
-mod tests;

@@ -1,4 +1,4 @@
-//! Joints in the form of run.json, and the core's joints made of them.
+//! Joints of a model, and the core's joints made of them.
 
 use super::shape::ModelPlace;
 use serde::{Deserialize, Serialize};
@@ -112,12 +112,11 @@ impl JointKind {
 }
 
 /// Joint of a [`Model`](crate::Model).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct JointModel {
     /// Name of the joint.
     pub name: String,
     /// Type of the joint.
-    #[serde(rename = "type")]
     pub kind: JointKind,
     /// First body A, an index into `bodies`.
     pub body: usize,
@@ -132,15 +131,12 @@ pub struct JointModel {
     /// True if the two bodies can touch each other.
     pub collide: bool,
     /// Maximum angle between the z axes of a ball joint (rad).
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cone: Option<f64>,
     /// Zero and sign of the middle angle of a gimbal, see (J13); null for `STRAIGHT` of [`Middle`].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub middle: Option<Middle>,
     /// Drive of each driven axis: m and N for translations, rad and N m for rotations.
     pub drives: Vec<Drive>,
     /// Prescribed motion of the joint's frame in the world. The second body must be null.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub course: Option<CourseModel>,
 }
 

@@ -1,7 +1,7 @@
-//! Scene as data: bodies, shapes, joints, gears and fixed geometry in the form of run.json.
+//! Scene as data: bodies, shapes, joints, gears and fixed geometry, with indices in place of names.
 //!
-//! A [`Model`] makes a [`World`](tumble_core::world::World). Scenario files, robots and plans all
-//! become a [`Model`].
+//! A [`Model`] makes a [`World`](tumble_core::world::World). Documents, robots and plans all become a
+//! [`Model`].
 
 #![deny(unsafe_code)]
 
@@ -10,15 +10,12 @@ pub mod colour;
 mod drawn;
 pub mod failure;
 pub mod fields;
-pub mod gear;
 pub mod groups;
 pub mod heights;
 pub mod joint;
 mod model;
-pub mod names;
 pub mod nearest;
-mod packed;
-pub mod parameters;
+pub mod packed;
 pub mod shape;
 pub mod shown;
 mod terrain;

@@ -1,9 +1,8 @@
-//! Complete scene of several bodies in the form of run.json, and the world made of it.
+//! Complete scene of several bodies with indices in place of names, and the world made of it.
 //!
 //! Simulation and verification make their worlds here, from the same numbers.
 
 pub use super::drawn::DrawnModel;
-use super::gear::GearModel;
 use super::groups::GroupsModel;
 use super::joint::JointModel;
 use super::shape::{ModelPlace, ModelShape, PlacedForm};
@@ -11,110 +10,86 @@ use super::terrain::TerrainModel;
 use crate::coefficients::{CoefficientsModel, PairModel};
 use crate::colour::{BodyLabel, Colour};
 use crate::failure::Failure;
-use crate::fields;
-use crate::parameters::bouncing;
-use crate::parameters::{
-    LoadParameters, PlaneParameters, is_euler, is_stepped, unnamed_integrator, unnamed_rotation,
-};
 use nalgebra::Matrix3;
-use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use tumble_core::contact::{Partner, Plane};
 use tumble_core::error::Error;
-use tumble_core::joint::Knots;
+use tumble_core::joint::{Gear, GearAxis, Knots};
 use tumble_core::mechanics::{Load, RigidBody, Rotation, State};
 use tumble_core::world::{
     Coefficient, Fixed, FixedTerrain, Impacts, Integrator, Parameters, StickSpeed, World,
 };
 
 /// Constants of a run and its initial state, in SI units.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone)]
 pub struct Model {
     /// Time step h (s).
     pub dt: f64,
     /// Discretisation of the rotational equations of motion.
-    #[serde(default = "unnamed_rotation")]
     pub rotation: Rotation,
-    /// Meaning of the velocities of a run. Files without it have those of the ends of steps.
-    #[serde(default = "unnamed_integrator", skip_serializing_if = "is_euler")]
+    /// Meaning of the velocities of a run.
     pub integrator: Integrator,
     /// Growth of the error of the time step that a run keeps (m/s); see [`World::with_accuracy`].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accuracy: Option<f64>,
     /// When impacts happen, if there is no accuracy.
-    #[serde(default, skip_serializing_if = "is_stepped")]
     pub impacts: Impacts,
     /// Gravitational acceleration (m/s²), world frame.
     pub gravity: [f64; 3],
     /// Coefficient of friction of the ground; default for bodies and fixed geometry.
     pub mu: f64,
     /// Coefficients of laws.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub coefficients: BTreeMap<Coefficient, CoefficientsModel>,
     /// Slips that have the static coefficients; null for the core's default.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stick_speed: Option<StickSpeed>,
     /// Coefficient of restitution of the world; default for bodies without their own.
-    #[serde(default)]
     pub restitution: f64,
     /// Approach speed below which contacts do not bounce (m/s); null for the core's default.
-    #[serde(default)]
     pub rebound_speed: Option<f64>,
     /// Plane of the ground; null without a ground. A single floating body (solver `rk4`) has a
     /// plane without effect.
-    pub plane: Option<PlaneParameters>,
+    pub plane: Option<Plane>,
     /// Shapes that the bodies refer to.
     pub shapes: Vec<ModelShape>,
     /// Visual shapes of bodies that look different from their collision shapes. Meshes need not be
     /// convex.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub looks: Vec<Vec<PlacedForm>>,
     /// Bodies, in the order of the states.
     pub bodies: Vec<BodyModel>,
     /// Fixed geometry.
     pub fixed: Vec<FixedModel>,
     /// Terrains.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub terrains: Vec<TerrainModel>,
     /// Coefficients of friction of single pairs.
     pub frictions: Vec<PairModel>,
     /// Coefficients of restitution of single pairs.
-    #[serde(default)]
     pub restitutions: Vec<PairModel>,
     /// Joints between bodies.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub joints: Vec<JointModel>,
     /// Gears between joints.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub gears: Vec<GearModel>,
+    pub gears: Vec<Gear>,
     /// Surfaces that move or have an axis of friction.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub surfaces: Vec<SurfaceModel>,
     /// Pairs that do not collide, in addition to the pairs joined by joints.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub apart: Vec<ApartModel>,
     /// Names of the collision groups besides `default` and `ground`.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub groups: Vec<String>,
 }
 
 /// Surface that moves along its body, such as a conveyor belt, or whose friction depends on the direction.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone)]
 pub struct SurfaceModel {
     /// Owner of the surface.
     pub of: PartnerModel,
     /// Velocity of the surface (m/s): body frame for a body, world frame for fixed geometry.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub velocity: Option<[f64; 3]>,
     /// Axis of friction (same frame), and the factor of friction along it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction_axis: Option<([f64; 3], f64)>,
 }
 
 /// Body and its initial state.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone)]
 pub struct BodyModel {
     /// Name of the body.
     pub name: String,
@@ -131,47 +106,27 @@ pub struct BodyModel {
     /// Coefficient of friction of the body; null for the world's.
     pub friction: Option<f64>,
     /// Coefficient of restitution of the body; null for the world's.
-    #[serde(default)]
     pub restitution: Option<f64>,
     /// True if the body collides.
-    #[serde(default = "touches", skip_serializing_if = "touches_as_usual")]
     pub touches: bool,
     /// Collision groups.
-    #[serde(default, skip_serializing_if = "GroupsModel::are_usual")]
     pub groups: GroupsModel,
-    /// External load; null without a load.
-    pub load: Option<LoadParameters>,
+    /// External load.
+    pub load: Load,
     /// Colour in pictures; default from a short palette.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub colour: Option<Colour>,
     /// Label in pictures instead of the name.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub label: Option<BodyLabel>,
     /// Visual shape instead of `shape`, an index into `looks`; in the shape's frame.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub look: Option<usize>,
-    /// Initial state.
-    pub start: BodyStart,
+    /// Initial state of the centre of mass.
+    pub start: State,
     /// Random part of the initial state; absent if the start is fixed.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drawn: Option<DrawnModel>,
 }
 
-/// Initial state of the centre of mass, in the world frame except for the spin.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct BodyStart {
-    /// Position (m).
-    pub position: [f64; 3],
-    /// Unit quaternion w, x, y, z, body → world.
-    pub attitude: [f64; 4],
-    /// Velocity (m/s).
-    pub velocity: [f64; 3],
-    /// Angular velocity (rad/s), body frame.
-    pub spin: [f64; 3],
-}
-
 /// Fixed convex piece in the world.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone)]
 pub struct FixedModel {
     /// Name; pieces of one object share it.
     pub name: String,
@@ -180,12 +135,11 @@ pub struct FixedModel {
     /// Coefficient of friction; null for the world's.
     pub friction: Option<f64>,
     /// Collision groups.
-    #[serde(default, skip_serializing_if = "GroupsModel::are_usual")]
     pub groups: GroupsModel,
 }
 
 /// Pair that does not collide.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ApartModel {
     /// First partner, an index into `bodies`.
     pub body: usize,
@@ -193,18 +147,8 @@ pub struct ApartModel {
     pub partner: PartnerModel,
 }
 
-/// Default of [`BodyModel::touches`].
-fn touches() -> bool {
-    true
-}
-
-fn touches_as_usual(touches: &bool) -> bool {
-    *touches
-}
-
 /// Second partner of a contact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PartnerModel {
     /// Ground.
     Ground,
@@ -241,10 +185,7 @@ impl Model {
         let fixed = fixed.collect::<Result<_, _>>()?;
         let world = World::new(Parameters {
             bodies: self.rigid_bodies()?,
-            ground: match &self.plane {
-                Some(plane) => Some(Plane::new(plane.normal.0.into(), plane.offset)?),
-                None => None,
-            },
+            ground: self.plane.clone(),
             gravity: self.gravity.into(),
             friction: self.mu,
             time_step: self.dt,
@@ -257,7 +198,11 @@ impl Model {
         let world = world.with_integrator(self.integrator).with_impacts(self.impacts);
         let world = world.with_accuracy(self.accuracy)?;
         let world = world.with_fixed(fixed)?.with_terrains(terrains.collect())?;
-        let world = bouncing(world, Some(self.restitution), self.rebound_speed)?;
+        let world = world.with_restitution(self.restitution)?;
+        let world = match self.rebound_speed {
+            Some(speed) => world.with_rebound_speed(speed)?,
+            None => world,
+        };
         let world = self.frictions.iter().try_fold(world, |world, pair| {
             world.with_friction_between(pair.body, self.partner(pair.partner), pair.coefficient)
         })?;
@@ -300,7 +245,7 @@ impl Model {
     /// `time` (s).
     pub fn start_at(&mut self, states: &[State], time: f64) -> Result<(), Failure> {
         for (body, state) in self.bodies.iter_mut().zip(states) {
-            body.start = BodyStart::from_state(state);
+            body.start = *state;
         }
         for (joint, knots) in self.courses()? {
             self.joints[joint].frames[1] = ModelPlace::from_frame(&knots.at(time));
@@ -321,12 +266,12 @@ impl Model {
             let name = self.joints.get(index).map_or("", |joint| &joint.name);
             Failure::Input(format!("joints[{index}] ({name}): {error}"))
         })?;
-        let gears = || self.gears.iter().map(GearModel::gear);
-        world.clone().with_gears(gears().collect()).map_err(|error| {
+        world.clone().with_gears(self.gears.clone()).map_err(|error| {
             let is_wrong = |gear| world.clone().with_gears(vec![gear]).is_err();
-            let index = gears().position(is_wrong).unwrap_or(0);
+            let index = self.gears.iter().copied().position(is_wrong).unwrap_or(0);
             let name = |k: usize| {
-                let joint = self.gears.get(index).and_then(|gear| self.joints.get(gear.joints[k]));
+                let gear = self.gears.get(index);
+                let joint = gear.and_then(|gear| self.joints.get(gear.axes()[k].joint));
                 joint.map_or("", |joint| &joint.name)
             };
             Failure::Input(format!("gears[{index}] ({}, {}): {error}", name(0), name(1)))
@@ -345,34 +290,17 @@ impl Model {
             }
             let shape = self.shapes.get(model.shape).ok_or_else(|| {
                 Failure::Input(format!(
-                    "model.bodies[{index}].shape: shape {} does not exist",
+                    "bodies[{index}].shape: shape {} does not exist",
                     model.shape
                 ))
             })?;
             let body = model
                 .rigid_body(shape)
-                .map_err(|error| Failure::Input(format!("model.bodies[{index}]: {error}")))?;
+                .map_err(|error| Failure::Input(format!("bodies[{index}]: {error}")))?;
             bodies.push(body.clone());
             made.push((model, body));
         }
         Ok(bodies)
-    }
-
-    /// Parses the output of [`Model::text`].
-    ///
-    /// # Errors
-    /// A text that is not a model.
-    pub fn from_text(text: &str) -> Result<Self, String> {
-        fields::json(text)
-    }
-
-    /// Model as JSON in the form of run.json.
-    ///
-    /// # Errors
-    /// A number that JSON cannot represent.
-    pub fn text(&self) -> Result<String, Failure> {
-        let why = |error| Failure::Other(format!("the model cannot be written: {error}"));
-        serde_json::to_string(self).map_err(why)
     }
 
     /// Removes the body `index`, its pairs, the joints attached to it and their gears.
@@ -411,10 +339,11 @@ impl Model {
             let is_left = stays.get(joint).copied().unwrap_or(false);
             is_left.then(|| stays[..joint].iter().filter(|stays| **stays).count())
         };
-        let gear = |gear: &GearModel| {
-            let [first, second] = gear.joints;
-            let joints = [joint_number(first)?, joint_number(second)?];
-            Some(GearModel { joints, ..gear.clone() })
+        let gear = |gear: &Gear| {
+            let axis = |axis: GearAxis| Some(GearAxis { joint: joint_number(axis.joint)?, ..axis });
+            let [first, second] = gear.axes().map(axis);
+            let own = Gear::new(first?, second?, gear.ratio(), gear.offset());
+            Some(gear.drive().map_or(own, |drive| own.with_drive(*drive)))
         };
         self.gears = self.gears.iter().filter_map(gear).collect();
         let joint = |joint: &JointModel| {
@@ -429,35 +358,12 @@ impl Model {
 
     /// States of the bodies at step 0.
     pub fn states(&self) -> Vec<State> {
-        self.bodies.iter().map(|body| body.start.state()).collect()
+        self.bodies.iter().map(|body| body.start).collect()
     }
 
     /// External load of each body.
-    pub fn loads(&self) -> Result<Vec<Load>, Failure> {
-        let load = |body: &BodyModel| body.load.as_ref().map_or(Ok(Load::none()), |l| l.load());
-        self.bodies.iter().map(load).collect()
-    }
-}
-
-impl BodyStart {
-    /// Initial state equal to `state`.
-    pub fn from_state(state: &State) -> Self {
-        Self {
-            position: state.position.into(),
-            attitude: state.attitude.into(),
-            velocity: state.velocity.into(),
-            spin: state.spin.into(),
-        }
-    }
-
-    /// State at step 0.
-    pub fn state(&self) -> State {
-        State {
-            position: self.position.into(),
-            attitude: self.attitude.into(),
-            velocity: self.velocity.into(),
-            spin: self.spin.into(),
-        }
+    pub fn loads(&self) -> Vec<Load> {
+        self.bodies.iter().map(|body| body.load.clone()).collect()
     }
 }
 
@@ -480,7 +386,7 @@ impl BodyModel {
     }
 
     /// True if both have the same shape, mass properties and coefficients.
-    fn is_like(&self, other: &Self) -> bool {
+    pub fn is_like(&self, other: &Self) -> bool {
         let of = |body: &Self| {
             let coefficients = (body.friction, body.restitution);
             (body.shape, body.centre, body.mass, body.inertia, coefficients)

@@ -39,21 +39,33 @@ fn unpack<T, const N: usize>(text: &str, number: fn([u8; N]) -> T) -> Result<Vec
 }
 
 /// Text of numbers.
-pub(crate) fn pack_floats(numbers: impl Iterator<Item = f64>) -> Result<String, String> {
+///
+/// # Errors
+/// Too many numbers for the memory.
+pub fn pack_floats(numbers: impl Iterator<Item = f64>) -> Result<String, String> {
     packed(&numbers.flat_map(f64::to_le_bytes).collect::<Vec<_>>())
 }
 
 /// Numbers of a text.
-pub(crate) fn unpack_floats(text: &str) -> Result<Vec<f64>, String> {
+///
+/// # Errors
+/// Another text.
+pub fn unpack_floats(text: &str) -> Result<Vec<f64>, String> {
     unpack(text, f64::from_le_bytes)
 }
 
 /// Text of indices.
-pub(crate) fn pack_indices(numbers: impl Iterator<Item = u32>) -> Result<String, String> {
+///
+/// # Errors
+/// Too many numbers for the memory.
+pub fn pack_indices(numbers: impl Iterator<Item = u32>) -> Result<String, String> {
     packed(&numbers.flat_map(u32::to_le_bytes).collect::<Vec<_>>())
 }
 
 /// Indices of a text.
-pub(crate) fn unpack_indices(text: &str) -> Result<Vec<u32>, String> {
+///
+/// # Errors
+/// Another text.
+pub fn unpack_indices(text: &str) -> Result<Vec<u32>, String> {
     unpack(text, u32::from_le_bytes)
 }

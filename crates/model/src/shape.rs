@@ -1,4 +1,4 @@
-//! Shapes of scenario files and run.json, and the core's bodies made of them.
+//! Shapes of a model, and the core's bodies made of them.
 
 use crate::colour::Colour;
 use nalgebra::{Matrix3, Quaternion, Vector3, Vector4};
@@ -12,8 +12,7 @@ use tumble_core::mechanics::body::solid_box_inertia;
 use tumble_core::mechanics::quaternion::rotation;
 
 /// Collision shape of a body, in its own frame.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Debug, Clone, PartialEq)]
 pub enum ModelShape {
     /// Convex pieces.
     Pieces(Vec<PlacedForm>),
@@ -22,7 +21,7 @@ pub enum ModelShape {
 }
 
 /// Convex piece with its place.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct PlacedForm {
     /// Form of the piece.
     pub form: ModelForm,
@@ -40,8 +39,7 @@ pub struct ModelPlace {
 }
 
 /// Convex form in its own frame.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Debug, Clone, PartialEq)]
 pub enum ModelForm {
     /// Box centred at the origin.
     Box {
@@ -101,7 +99,6 @@ pub enum ModelForm {
         /// Rounding radius (m).
         radius: f64,
         /// Colour in pictures; default from the body.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
         colour: Option<Colour>,
     },
 }

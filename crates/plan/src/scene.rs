@@ -6,10 +6,8 @@ use super::{PlanProblem, Replay, piecewise_loads};
 use nalgebra::Vector3;
 use tumble_core::mechanics::{Load, State};
 use tumble_core::world::World;
+use tumble_model::Model;
 use tumble_model::failure::Failure;
-use tumble_model::fields::Exactly;
-use tumble_model::parameters::{LoadParameters, PlaneParameters};
-use tumble_model::{BodyStart, Model};
 use tumble_scene::scene::Scene;
 
 impl PlanProblem {
@@ -53,15 +51,12 @@ fn rewrite(model: &mut Model, world: &World, starts: &[State], loads: &[Load]) {
     model.mu = world.friction();
     model.restitution = world.restitution();
     model.gravity = (*world.gravity()).into();
-    model.plane = world.ground().map(|ground| PlaneParameters {
-        normal: Exactly((*ground.normal()).into()),
-        offset: ground.offset(),
-    });
+    model.plane = world.ground().cloned();
     let bodies = world.bodies().iter().zip(starts).zip(loads);
     for (of, ((body, start), load)) in model.bodies.iter_mut().zip(bodies) {
         of.mass = body.mass();
         of.inertia = body.inertia().transpose().into();
-        of.start = BodyStart::from_state(start);
-        of.load = (!load.is_none()).then(|| LoadParameters::from_load(load));
+        of.start = *start;
+        of.load = load.clone();
     }
 }

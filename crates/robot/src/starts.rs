@@ -13,7 +13,7 @@ use tumble_core::contact::{Candidates, Overlap, Partner};
 use tumble_core::simulation::JOINT_AT_THE_START;
 use tumble_core::world::World;
 use tumble_model::failure::Failure;
-use tumble_model::{ApartModel, BodyStart, Model, PartnerModel};
+use tumble_model::{ApartModel, Model, PartnerModel};
 
 /// Maximum number of lifts of floating robots. Each lift equals the current depth.
 const MOST_LIFTS: usize = 200;
@@ -47,7 +47,7 @@ fn bring_together(
     // If the loops do not close, the world reports all violated joints later.
     let Ok((found, change)) = world.assemble(&states) else { return Ok(()) };
     for (body, state) in model.bodies.iter_mut().zip(&found) {
-        body.start = BodyStart::from_state(state);
+        body.start = *state;
     }
     for robot in robots {
         let is_tied = has_odd(robot);
@@ -68,7 +68,7 @@ fn take_out_of_ground(model: &mut Model, robots: &mut [Assembled], world: &World
         let mut hanging = Vec::new();
         for (flying, bodies) in robot.trees() {
             let deep = |body: usize, model: &Model| {
-                let heights = world.heights(body, &model.bodies[body].start.state().pose());
+                let heights = world.heights(body, &model.bodies[body].start.pose());
                 let lowest = heights.fold(f64::INFINITY, f64::min);
                 let allowed = CONTACT_BAND * world.bodies()[body].reach();
                 (lowest < -allowed).then_some(-lowest)

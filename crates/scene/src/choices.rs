@@ -2,7 +2,6 @@
 
 use serde::Deserialize;
 use tumble_core::contact::detection::Detection;
-use tumble_core::simulation::scene::TutorialScene;
 
 /// Scene of the tutorial.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -14,25 +13,16 @@ pub enum SceneName {
     Floating,
 }
 
-impl SceneName {
-    /// Scene in the form of the core.
-    pub fn scene(self) -> TutorialScene {
-        match self {
-            Self::Drop => TutorialScene::drop(),
-            Self::Floating => TutorialScene::floating(),
-        }
-    }
-}
-
 /// Frame of a start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum StartFrame {
     /// Frame of the world.
     World,
     /// Frame of the ground: z is the plane's normal.
     Ground,
+    /// Frame of the world; the position is the centre of mass.
+    Centre,
 }
 
 /// Solver of contact steps.

@@ -16,12 +16,12 @@ macro_rules! with_coefficients {
         });
 
         impl $name {
-            /// Takes the coefficients.
-            pub fn take_coefficients(&mut self) -> crate::coefficients::Each<$of> {
+            /// The coefficients.
+            pub fn coefficients(&self) -> crate::coefficients::Each<&$of> {
                 [
-                    self.static_friction.take(),
-                    self.rolling_friction.take(),
-                    self.torsional_friction.take(),
+                    self.static_friction.as_ref(),
+                    self.rolling_friction.as_ref(),
+                    self.torsional_friction.as_ref(),
                 ]
             }
         }

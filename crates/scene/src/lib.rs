@@ -1,12 +1,12 @@
 //! Scenario files: simulations described in TOML. `scenarios/README.md` describes every field.
 //!
 //! A file is passed as text. The caller reads it and provides a function that reads mesh files.
-//! Command-line [`settings`] take precedence over the file. The short form `[body]` becomes an entry
-//! of `[[bodies]]` in `file.rs`. The tutorial's scenes begin as such an entry (`tutorial.rs`):
+//! Flags and keywords are fields of the document ([`overrides`]). The tutorial's scenes are documents of
+//! the program (`tutorial.rs`):
 //!
 //! ```text
-//! text ─► ScenarioFile ─► Settings and SceneEntries ─► Model ─► Scene with its World
-//!         file.rs         file.rs                      bodies/build/   bodies/mod.rs
+//! text, fields ─► Document ─► Model ─► Scene with its World
+//!                 document.rs bodies/build/   bodies/mod.rs
 //! ```
 //!
 //! An *entry* is one table of the file, such as a `[[bodies]]` table. It can describe several
@@ -15,7 +15,7 @@
 mod bodies;
 pub mod choices;
 mod coefficients;
-mod file;
+mod document;
 pub mod joints_summary;
 pub mod label;
 mod locks;
@@ -37,9 +37,8 @@ pub mod written;
 pub use bodies::entries::AttitudeEntry;
 pub use bodies::masses::LARGEST_PART;
 
-use file::{ParsedScene, ScenarioFile};
+pub use document::LARGEST_START;
 use serde::de::DeserializeOwned;
-pub use settings::LARGEST_START;
 use std::path::Path;
 pub use tables::{InertiaValue, Random, SolidInertia};
 use tumble_core::geometry::mesh::Mesh;
@@ -49,23 +48,6 @@ use tumble_model::{fields, shown};
 
 /// Maximum size of a scenario file (bytes).
 pub const LARGEST_FILE: u64 = 4 << 20;
-
-/// Parses the scenario `text`. Returns its name, by default the stem of `path`, and its content.
-///
-/// The numbers that the core checks are not checked here.
-///
-/// # Errors
-/// The first fault of the text, with the name of the file.
-fn read(text: &str, path: &Path) -> Result<(String, ParsedScene), Failure> {
-    let invalid = |why: String| Failure::Input(format!("{}: {why}", shown::path(path)));
-    let mut file: ScenarioFile = parse(text).map_err(invalid)?;
-    let stem = || path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
-    let name = file.name.take().or_else(stem).unwrap_or_default();
-    if !shown::is_name(&name) {
-        return Err(invalid("name: 1 to 80 characters in one line are needed".to_owned()));
-    }
-    Ok((name, file.into_parsed().map_err(invalid)?))
-}
 
 /// Closed mesh of an OBJ or STL file, with its lengths multiplied by `scale`.
 ///

@@ -111,7 +111,7 @@ impl Scene {
         };
         let bodies = self.model.bodies.iter().enumerate();
         let bodies = bodies
-            .filter(|(index, body)| seems_so(&body.start.attitude) && !is_of_robot(*index))
+            .filter(|(index, body)| seems_so(body.start.attitude.as_ref()) && !is_of_robot(*index))
             .map(|(_, body)| body.name.as_str());
         let fixed = self.model.fixed.iter().filter(|fixed| seems_so(&fixed.piece.place.attitude));
         let names = listed(bodies.chain(fixed.map(|fixed| fixed.name.as_str())))?;

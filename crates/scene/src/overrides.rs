@@ -1,12 +1,10 @@
-//! Overrides of single fields of a scenario file, such as `ground.friction=0.4`.
+//! Overrides of single fields of a document, such as `ground.friction=0.4`.
 
+use std::path::Path;
 use toml::{Table, Value};
 use tumble_model::failure::Failure;
 
-/// Flag of an override.
-const FLAG: &str = "set";
-
-/// An override: path of a field, and its value as TOML.
+/// An override: path of a field, and its value as TOML. A flag or keyword is one with a label.
 ///
 /// The path has the names of tables, separated by dots. An entry of a list of tables is chosen by
 /// its `name` or its number from 0: `bodies.brick.mass`.
@@ -14,6 +12,7 @@ const FLAG: &str = "set";
 pub struct FieldOverride {
     path: String,
     value: Value,
+    label: Option<String>,
 }
 
 impl FieldOverride {
@@ -30,11 +29,58 @@ impl FieldOverride {
         if value.is_empty() || path.split('.').any(str::is_empty) {
             return Err(fault());
         }
-        let parsed = toml::from_str::<Table>(&format!("value = {value}"));
-        let parsed = parsed.ok().and_then(|mut table| table.remove("value"));
-        let parsed = parsed.or_else(|| vector(value));
-        let value = parsed.unwrap_or_else(|| Value::String(value.to_owned()));
-        Ok(Self { path: path.to_owned(), value })
+        Ok(Self { path: path.to_owned(), value: parsed(value), label: None })
+    }
+
+    /// Override of the field at `path` by the flag or keyword `label`.
+    pub fn labelled(label: &str, path: &str, value: &str) -> Self {
+        Self { path: path.to_owned(), value: parsed(value.trim()), label: Some(label.to_owned()) }
+    }
+
+    /// Flag or keyword that stands for the path.
+    pub fn label(&self) -> Option<&str> {
+        self.label.as_deref()
+    }
+
+    /// The value, if it is a number other than zero.
+    pub fn is_nonzero(&self) -> bool {
+        number(&self.value).is_some_and(|number| number != 0.0)
+    }
+
+    /// The value, if it is a whole number.
+    pub fn whole(&self) -> Option<u64> {
+        self.value.as_integer().and_then(|number| number.try_into().ok())
+    }
+
+    /// True if the value is this text.
+    pub fn is_text(&self, text: &str) -> bool {
+        self.value.as_str() == Some(text)
+    }
+
+    /// True if the field is a setting of the scene, not one of a body or joint.
+    pub(crate) fn is_of_head(&self) -> bool {
+        let first = self.path.split('.').next().unwrap_or_default();
+        ["ground", "solver"].contains(&first) || !self.path.contains('.')
+    }
+
+    /// True if a change of the field changes the motion. The seed and the solver are part of every title.
+    pub(crate) fn changes_motion(&self) -> bool {
+        let first = self.path.split('.').next();
+        !first.is_some_and(|first| ["seed", "steps", "solver"].contains(&first))
+    }
+
+    /// Name in titles: the flag or keyword, or else the path.
+    pub(crate) fn name(&self) -> &str {
+        self.label.as_ref().map_or(&self.path, |label| label.trim_start_matches('-'))
+    }
+
+    /// True if an error about the field `name` is one of this value.
+    fn is_cause(&self, name: &str) -> bool {
+        let name = name.replace('[', ".").replace(']', "");
+        // The short form of one body has its fields in two tables.
+        let own = ["body.", "start."].into_iter().find_map(|table| self.path.strip_prefix(table));
+        let rest = name.strip_prefix(self.path.as_str());
+        own == Some(&*name) || rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
     }
 
     /// Path of the field.
@@ -42,8 +88,15 @@ impl FieldOverride {
         &self.path
     }
 
-    /// Sets the field in the `scene`.
-    fn apply(&self, scene: &mut Table) -> Result<(), String> {
+    /// Sets the field in the `document`. Returns true if its value was another one.
+    ///
+    /// # Errors
+    /// A path that does not lead to a table.
+    pub(crate) fn apply(&self, document: &mut Table) -> Result<bool, Failure> {
+        self.set(document).map_err(|why| Failure::setting(&self.path, why))
+    }
+
+    fn set(&self, scene: &mut Table) -> Result<bool, String> {
         let (tables, field) = match self.path.rsplit_once('.') {
             Some((tables, field)) => (tables.split('.').collect(), field),
             None => (Vec::new(), self.path.as_str()),
@@ -63,9 +116,46 @@ impl FieldOverride {
                 _ => return Err(format!("{name} is not a table")),
             };
         }
-        at.insert(field.to_owned(), self.value.clone());
-        Ok(())
+        let before = at.insert(field.to_owned(), self.value.clone());
+        Ok(!before.as_ref().is_some_and(|before| is_same(before, &self.value)))
     }
+}
+
+/// A number, whole or not.
+fn number(value: &Value) -> Option<f64> {
+    value.as_float().or(value.as_integer().map(|whole| whole as f64))
+}
+
+/// True if both are the same value, or the same numbers.
+fn is_same(a: &Value, b: &Value) -> bool {
+    match (a, b) {
+        (Value::Array(a), Value::Array(b)) => {
+            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| is_same(a, b))
+        }
+        _ => a == b || number(a).is_some_and(|a| Some(a) == number(b)),
+    }
+}
+
+/// Value of a text: TOML, a vector, or the text itself.
+fn parsed(value: &str) -> Value {
+    let parsed = toml::from_str::<Table>(&format!("value = {value}"));
+    let parsed = parsed.ok().and_then(|mut table| table.remove("value"));
+    parsed.or_else(|| vector(value)).unwrap_or_else(|| Value::String(value.to_owned()))
+}
+
+/// Adds the place of the fault to a `failure`: the flag or keyword whose value is wrong, or else the file
+/// at `path`.
+pub(crate) fn placed(failure: Failure, overrides: &[FieldOverride], path: &Path) -> Failure {
+    if let Failure::Setting { name, why } = &failure
+        && let Some(cause) = overrides
+            .iter()
+            .filter(|field| field.is_cause(name))
+            .max_by_key(|field| field.path.len())
+    {
+        let label = cause.label.clone().unwrap_or_else(|| format!("--set {}", cause.path));
+        return Failure::Input(format!("{label}: {why}"));
+    }
+    failure.in_file(path)
 }
 
 /// Two or more numbers, joined by commas.
@@ -104,24 +194,6 @@ fn entry_of<'a>(
         };
         format!("{list} has no entry {wanted:?}; there are: {known}")
     })
-}
-
-/// The scenario `text` with the fields of `overrides`.
-///
-/// A text that is neither TOML nor XML stays as it is: its reader names the fault.
-///
-/// # Errors
-/// If the text is XML, or a path does not lead to a table.
-pub fn overridden(text: &str, overrides: &[FieldOverride]) -> Result<String, Failure> {
-    if text.trim_start().starts_with('<') {
-        let why = "a robot file (XML) has no fields to set; name it under [[robots]] in a scenario";
-        return Err(Failure::setting(FLAG, why));
-    }
-    let Ok(mut scene) = toml::from_str::<Table>(text) else { return Ok(text.to_owned()) };
-    for field in overrides {
-        field.apply(&mut scene).map_err(|why| Failure::setting(FLAG, why))?;
-    }
-    toml::to_string(&scene).map_err(|error| Failure::setting(FLAG, error))
 }
 
 #[cfg(test)]

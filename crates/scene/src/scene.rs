@@ -3,7 +3,7 @@
 //! A scene holds the same content twice: as [`Model`], the data written to run.json, and as
 //! [`World`], initial states and loads, the form of the core. The latter are made from the model.
 
-use super::settings::LARGEST_START;
+use super::document::{LARGEST_START, USUAL_SEED};
 use super::solver_choice::SolverChoice;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
@@ -76,22 +76,56 @@ impl Scene {
         world
     }
 
+    /// Scene of a `model` and its `world`, with one row and without a random start.
+    ///
+    /// # Errors
+    /// The errors of the core for invalid data.
+    pub fn from_model(
+        name: String,
+        model: Model,
+        world: World,
+        contact: Option<SolverChoice>,
+    ) -> Result<Self, Failure> {
+        Ok(Self {
+            name,
+            changed: Vec::new(),
+            seed: USUAL_SEED,
+            drawn: false,
+            start_index: 0,
+            rows: 1,
+            substeps: 1,
+            world,
+            starts: model.states(),
+            loads: model.loads(),
+            courses: model.courses()?,
+            bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
+            fixed: model.fixed_names().cloned().collect(),
+            joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
+            contact,
+            robots: Vec::new(),
+            file_notes: Vec::new(),
+            model,
+            trajectory: false,
+        })
+    }
+
     /// This scene with the world, initial states and loads of `model`.
     ///
     /// # Errors
     /// The errors of the core for invalid data.
     pub fn with_model(self, model: Model) -> Result<Self, Failure> {
+        let world = model.world()?;
         Ok(Self {
-            world: model.world()?,
-            starts: model.states(),
-            loads: model.loads()?,
-            courses: model.courses()?,
-            bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
-            fixed: model.fixed_names().cloned().collect(),
-            joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
+            changed: self.changed,
+            seed: self.seed,
+            drawn: self.drawn,
+            start_index: self.start_index,
+            rows: self.rows,
+            substeps: self.substeps,
+            robots: self.robots,
+            file_notes: self.file_notes,
             trajectory: self.trajectory && model.bodies.len() == 1,
-            model,
-            ..self
+            ..Self::from_model(self.name, model, world, self.contact)?
         })
     }
 

@@ -2,17 +2,19 @@
 
 use super::bodies;
 use super::bodies::entries::Files;
-use super::file::ParsedScene;
+use super::document::Document;
+use super::overrides::{FieldOverride, placed};
 use super::scene::Scene;
-use super::settings::Settings;
+use super::settings::RobotSettings;
+use super::written::{document_of, toml_text};
 use std::path::Path;
 use tumble_core::geometry::Piece;
 use tumble_model::ReadFile;
-use tumble_model::failure::{Failure, refuse_flags};
-use tumble_model::names::FileKind;
+use tumble_model::failure::Failure;
+use tumble_model::shown;
 
 impl Scene {
-    /// Scene of the scenario file `path` with the content `text`; `flags` take precedence.
+    /// Scene of the scenario file `path` with the content `text` and the fields of `overrides`.
     ///
     /// `read` reads mesh files.
     ///
@@ -21,60 +23,79 @@ impl Scene {
     pub fn from_text(
         text: &str,
         path: &Path,
-        flags: Settings,
+        overrides: &[FieldOverride],
         read: ReadFile<'_>,
     ) -> Result<Self, Failure> {
-        Self::parse_with(text, path, flags, &[], read)
+        Self::parse_with(text, path, overrides, &RobotSettings::default(), read)
     }
 
-    /// Scene of the scenario file `path` with the content `text`, for the command line.
+    /// Scene of a scenario file or, with the settings of `robot`, of a robot file.
     ///
-    /// Values in `flags` override those of the file. `given` names the flags on the command line,
-    /// so that an error about such a value names its flag.
+    /// A robot stands in the world of its file, or else on level ground.
     ///
     /// # Errors
-    /// The errors of [`Scene::from_text`].
+    /// The errors of [`Scene::from_text`]. An error about a flag or keyword names it.
     pub fn parse_with(
         text: &str,
         path: &Path,
-        flags: Settings,
-        given: &[&str],
+        overrides: &[FieldOverride],
+        robot: &RobotSettings,
         read: ReadFile<'_>,
     ) -> Result<Self, Failure> {
-        if super::is_robot(text, path) {
-            return Self::from_robot(text, path, flags, given, read);
+        let in_place = |failure| placed(failure, overrides, path);
+        let (scene, changed) = if super::is_robot(text, path) {
+            let (read, name) = bodies::robots::read_alone(text, path, robot, read)?;
+            let is_rubbing = |field: &FieldOverride| field.path() == "ground.friction";
+            if read.options.has_world && overrides.iter().any(is_rubbing) {
+                let place = "MJCF, which has all friction coefficients";
+                return Err(in_place(Failure::idle("ground.friction", place)));
+            }
+            if let Some(field) = overrides.iter().find(|field| !field.is_of_head()) {
+                return Err(Failure::Input(format!(
+                    "--set: a robot file (XML) has no field {}; name the file under [[robots]] in a \
+                     scenario",
+                    field.path()
+                )));
+            }
+            let head = bodies::robots::document_of(&read);
+            let (document, mut changed) =
+                Document::from_text(&head, overrides).map_err(in_place)?;
+            let given = robot.given().into_iter().skip(1).filter(|(_, given)| *given);
+            changed.extend(given.map(|(name, _)| name.to_owned()));
+            (bodies::scene_from_robot(name, &document, &read), changed)
+        } else {
+            robot.refuse()?;
+            let (mut document, changed) = Document::from_text(text, overrides).map_err(in_place)?;
+            let stem = || path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+            let name = document.name.take().or_else(stem).unwrap_or_default();
+            if !shown::is_name(&name) {
+                let why = "1 to 80 characters in one line are needed";
+                return Err(in_place(Failure::setting("name", why)));
+            }
+            (bodies::scene(name, document, Files::beside(path, read)), changed)
+        };
+        let scene = scene.map_err(in_place)?;
+        if overrides.iter().any(|field| field.path() == "seed") && !scene.drawn {
+            return Err(in_place(Failure::idle("seed", "a scene without random values")));
         }
-        flags.robot.refuse()?;
-        let (name, ParsedScene { settings: below, floats, entries }) = super::read(text, path)?;
-        if floats {
-            bodies::refuse_contact_settings(&flags)?;
-        }
-        let (changed, seed_given) = (flags.changed(&below), flags.seed.is_some());
-        let settings = flags.over(below);
-        let scene = bodies::scene(name, floats, &settings, entries, Files::beside(path, read));
-        let scene = scene.map_err(|failure| failure.in_file(path, FileKind::Scenario, given))?;
-        let idle_seed = seed_given && !scene.drawn;
-        refuse_flags("a scene without random values", &[("--seed", idle_seed)])?;
         Ok(Self { changed, ..scene })
     }
 
-    /// Scene of a single robot file: with the file's world, or else on level ground.
-    fn from_robot(
-        text: &str,
-        path: &Path,
-        flags: Settings,
-        given: &[&str],
-        read: ReadFile<'_>,
-    ) -> Result<Self, Failure> {
-        let (robot, name) = bodies::robots::read_alone(text, path, &flags.robot, read)?;
-        let place = "MJCF, which has all friction coefficients";
-        refuse_flags(place, &[("--mu", flags.mu.is_some() && robot.options.has_world)])?;
-        refuse_flags("a scene without random values", &[("--seed", flags.seed.is_some())])?;
-        let below = bodies::robots::settings_of(&robot);
-        let changed = flags.changed(&below);
-        let scene = bodies::scene_from_robot(name, &flags.over(below), &robot);
-        let scene = scene.map_err(|failure| failure.in_file(path, FileKind::Scenario, given))?;
-        Ok(Self { changed, ..scene })
+    /// Document of the bodies and constants of this scene, for [`Scene::with_text`].
+    ///
+    /// # Errors
+    /// A scene that no text can hold.
+    pub fn model_text(&self) -> Result<String, Failure> {
+        Ok(toml_text(&document_of(&self.model, false)?))
+    }
+
+    /// This scene with the bodies and constants of a `text` of [`Scene::model_text`].
+    ///
+    /// # Errors
+    /// The first invalid value.
+    pub fn with_text(self, text: &str) -> Result<Self, Failure> {
+        let (document, _) = Document::from_text(text, &[])?;
+        self.with_model(document.model()?)
     }
 
     /// This scene with one more body at the end of the list.

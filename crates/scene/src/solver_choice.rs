@@ -1,7 +1,7 @@
 //! Choice of the contact solver and its options.
 
 use super::choices::{OnFailure, Preset, SolverName};
-use super::tables::SolverTable;
+pub use super::tables::SolverTable;
 use std::num::NonZeroUsize;
 #[cfg(feature = "ipopt")]
 use tumble::ipopt::Options;
@@ -13,7 +13,7 @@ use tumble_core::simulation::Motion;
 use tumble_core::solver::native::{ACCEPTED_RESIDUAL, LARGEST_RESIDUAL, NativeSolver};
 use tumble_core::step::StepSolver;
 use tumble_core::world::World;
-use tumble_model::failure::{Failure, refuse_flags};
+use tumble_model::failure::Failure;
 use tumble_model::shown;
 
 /// Solver of contact steps and its options.
@@ -54,21 +54,32 @@ impl SolverChoice {
     /// # Errors
     /// Settings that exclude each other; Ipopt without the feature `ipopt`.
     pub fn new(settings: &SolverTable) -> Result<Self, Failure> {
+        let of_ipopt = [
+            ("solver.tolerance", settings.tolerance.is_some()),
+            ("solver.max_iterations", settings.max_iterations.is_some()),
+        ];
         if let Some(preset) = settings.preset {
-            let place = format!("--preset {}, which fixes all solver settings", preset.name());
-            refuse_flags(&place, &solver_flags(settings))?;
+            let place = format!("the preset {}, which fixes all solver settings", preset.name());
+            let others = [
+                ("solver.name", settings.name.is_some()),
+                ("solver.detection", settings.detection.is_some()),
+                ("solver.residual", settings.residual.is_some()),
+                ("solver.on_failure", settings.on_failure.is_some()),
+            ];
+            Failure::refuse_idle(&place, &[&others[..], &of_ipopt].concat())?;
             return ipopt::tutorial(preset);
         }
         let detection = settings.detection.map(Detection::from).unwrap_or_default();
         if settings.name == Some(SolverName::Ipopt) {
-            let flags = [("--residual", settings.residual.is_some())];
-            refuse_flags("Ipopt, which has --tol; use --solver native", &flags)?;
+            let residual = [("solver.residual", settings.residual.is_some())];
+            Failure::refuse_idle("Ipopt, which has a tolerance; use the native solver", &residual)?;
             return ipopt::choice(settings, detection);
         }
+        let place = "the native solver, which works to rounding";
         let ladder = settings.on_failure == Some(OnFailure::Ladder);
-        let mut flags = ipopt_flags(settings);
-        flags.push(("--on-failure ladder", ladder));
-        refuse_flags("the native solver, which works to rounding", &flags)?;
+        Failure::refuse_idle(place, &of_ipopt)?;
+        let place = "the native solver, which has no ladder; use record or stop, or Ipopt";
+        Failure::refuse_idle(place, &[("solver.on_failure", ladder)])?;
         let on_failure = settings.on_failure.unwrap_or(OnFailure::Record);
         let residual = settings.residual.map(known_residual).transpose()?;
         Ok(Self { detection, on_failure, residual, ..Self::native() })
@@ -98,7 +109,7 @@ impl SolverChoice {
     /// A choice of Ipopt.
     pub fn set_threads(&mut self, count: NonZeroUsize) -> Result<(), Failure> {
         let place = "Ipopt, which solves all bodies as one problem";
-        refuse_flags(place, &[("--threads", self.is_ipopt())])?;
+        Failure::refuse_idle(place, &[("threads", self.is_ipopt())])?;
         self.threads = count;
         Ok(())
     }
@@ -194,10 +205,16 @@ mod ipopt {
     /// Minimum tolerance. Smaller values cost many more iterations and do not improve the solution.
     const LEAST_TOLERANCE: f64 = 1e-12;
 
+    /// Largest iteration limit of a step.
+    const LARGEST_LIMIT: u32 = 1_000_000;
+
     /// Failure of an option that Ipopt rejects, with the option's name.
     fn refused(error: IpoptError) -> Failure {
         match error {
-            IpoptError::Option { name, .. } => Failure::setting(&name.replace('_', "-"), &error),
+            IpoptError::Option { name, .. } => {
+                let field = if name == "tol" { "tolerance" } else { "max_iterations" };
+                Failure::setting(&format!("solver.{field}"), &error)
+            }
             other => Failure::Other(other.to_string()),
         }
     }
@@ -206,7 +223,7 @@ mod ipopt {
         let tolerance = settings.tolerance.unwrap_or(TOLERANCE);
         if tolerance > 0.0 && tolerance < LEAST_TOLERANCE {
             return Err(Failure::setting(
-                "tol",
+                "solver.tolerance",
                 format!(
                     "{} is below {LEAST_TOLERANCE:e}, which Ipopt cannot reach because of \
                      rounding; use the native solver, which solves to rounding",
@@ -217,6 +234,10 @@ mod ipopt {
         let options =
             IpoptSolver::options(tolerance, settings.max_iterations.unwrap_or(MOST_ITERATIONS));
         options.validate().map_err(refused)?;
+        if !(1..=LARGEST_LIMIT).contains(&options.max_iterations) {
+            let why = format!("it is {}; allowed: 1 to {LARGEST_LIMIT}", options.max_iterations);
+            return Err(Failure::setting("solver.max_iterations", why));
+        }
         let on_failure = settings.on_failure.unwrap_or(OnFailure::Ladder);
         Ok(SolverChoice::by(detection, on_failure, Some(options)))
     }
@@ -256,7 +277,7 @@ mod ipopt {
         };
         made.map_err(|error| match error {
             Error::Solver { why, .. } => {
-                let field = if contact.preset.is_some() { "preset" } else { "solver" };
+                let field = if contact.preset.is_some() { "solver.preset" } else { "solver.name" };
                 Failure::setting(field, why)
             }
             other => other.into(),
@@ -269,7 +290,7 @@ mod ipopt {
     use super::*;
 
     pub fn tutorial(_: Preset) -> Result<SolverChoice, Failure> {
-        Err(Failure::setting("preset", MISSING))
+        Err(Failure::setting("solver.preset", MISSING))
     }
 
     pub fn limits(options: &IpoptOptions) -> (f64, u32) {
@@ -277,7 +298,7 @@ mod ipopt {
     }
 
     pub fn choice(_: &SolverTable, _: Detection) -> Result<SolverChoice, Failure> {
-        Err(Failure::setting("solver", MISSING))
+        Err(Failure::setting("solver.name", MISSING))
     }
 
     pub fn unsuitable(_: &World) -> Option<&'static str> {
@@ -301,22 +322,5 @@ fn known_residual(residual: f64) -> Result<f64, Failure> {
         return Ok(residual);
     }
     let why = format!("it is {} m/s; allowed: 1e-9 to 1e-2", shown::number(residual));
-    Err(Failure::setting("residual", why))
-}
-
-/// Flags of settings that only apply to Ipopt, and whether each is given.
-fn ipopt_flags(settings: &SolverTable) -> Vec<(&'static str, bool)> {
-    vec![("--tol", settings.tolerance.is_some()), ("--max-iter", settings.max_iterations.is_some())]
-}
-
-/// Flags of the contact solver except the preset, and whether each is given.
-pub fn solver_flags(settings: &SolverTable) -> Vec<(&'static str, bool)> {
-    let mut flags = vec![
-        ("--solver", settings.name.is_some()),
-        ("--detection", settings.detection.is_some()),
-        ("--residual", settings.residual.is_some()),
-        ("--on-failure", settings.on_failure.is_some()),
-    ];
-    flags.extend(ipopt_flags(settings));
-    flags
+    Err(Failure::setting("solver.residual", why))
 }

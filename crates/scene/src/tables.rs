@@ -1,10 +1,9 @@
-//! Tables of a scenario file that become settings.
+//! Tables of a document: the ground, the solver, and the short form of one body.
 
 use crate::bodies::entries::{AttitudeEntry, BodyEntry};
 use crate::choices::{DetectionName, OnFailure, Preset, SolverName, StartFrame};
 use crate::coefficients::{table, with_coefficients};
-use crate::settings::Settings;
-use crate::tutorial::BODY;
+use crate::document::BODY;
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 use tumble_core::error::Error;
@@ -58,10 +57,10 @@ pub enum SolidInertia {
 }
 
 with_coefficients!(table, f64, GroundTable, "a table [ground]" {
-    friction: f64,
-    stick_speed: Option<StickSpeed>,
-    restitution: Option<f64>,
-    rebound_speed: Option<f64>,
+    pub friction: f64,
+    pub stick_speed: Option<StickSpeed>,
+    pub restitution: Option<f64>,
+    pub rebound_speed: Option<f64>,
     slope: Option<f64>,
     normal: Option<Numbers<3>>,
     offset: Option<f64>,
@@ -107,7 +106,7 @@ pub enum LoadValue {
 }
 
 /// Solver of contact steps and its settings; `None` for a setting that is not given.
-#[derive(Debug, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, Deserialize)]
 #[serde(expecting = "a table [solver]")]
 #[serde(deny_unknown_fields)]
 pub struct SolverTable {
@@ -196,12 +195,8 @@ impl BodyTable {
 }
 
 impl GroundTable {
-    pub fn set(mut self, settings: &mut Settings) -> Result<(), String> {
-        settings.mu = Some(self.friction);
-        settings.coefficients = self.take_coefficients();
-        settings.stick_speed = self.stick_speed;
-        settings.restitution = self.restitution;
-        settings.rebound_speed = self.rebound_speed;
+    /// Plane of the ground; `None` without one.
+    pub fn plane(&self) -> Result<Option<Plane>, String> {
         if self.none == Some(true) {
             let place = [
                 ("slope", self.slope.is_some()),
@@ -212,7 +207,7 @@ impl GroundTable {
                 Some((field, _)) => {
                     Err(format!("ground.{field}: it has no meaning with `none = true`"))
                 }
-                None => Ok(()),
+                None => Ok(None),
             };
         }
         let offset = self.offset.unwrap_or(0.0);
@@ -227,27 +222,16 @@ impl GroundTable {
             }
             (None, normal) => Plane::new(normal.map_or(Vector3::z(), vector), offset),
         };
-        settings.plane = Some(plane.map_err(|error| {
+        let plane = plane.map_err(|error| {
             let offset =
                 matches!(error, Error::OutOfRange { field: "offset of the plane (m)", .. });
             format!("ground.{}: {error}", if offset { "offset" } else { "normal" })
-        })?);
-        Ok(())
+        })?;
+        Ok(Some(plane))
     }
 }
 
 impl LoadTable {
-    /// Table of a load.
-    pub fn from_load(load: &Load) -> Self {
-        let knots = |line: &Polyline| {
-            let knots = line.knots().iter().map(|(t, v)| Exactly([*t, v[0], v[1], v[2]]));
-            (!line.knots().is_empty()).then(|| LoadValue::Knots(knots.collect()))
-        };
-        let force = knots(&load.force);
-        let at = force.as_ref().map(|_| numbers(load.point()));
-        Self { torque: knots(&load.torque), force, at }
-    }
-
     /// Converts the load.
     pub fn load(self) -> Result<Load, String> {
         if self.at.is_some() && self.force.is_none() {
@@ -258,25 +242,6 @@ impl LoadTable {
         let at = self.at.map(vector).unwrap_or_default();
         let load = Load::new(force.unwrap_or_default(), torque.unwrap_or_default(), at);
         load.map_err(|error| format!("load: {error}"))
-    }
-}
-
-impl SolverTable {
-    /// Merges two layers of settings: values of `self` take precedence over those of `below`. A
-    /// preset replaces all settings of `below`.
-    pub fn over(self, below: Self) -> Self {
-        if self.preset.is_some() {
-            return self;
-        }
-        Self {
-            name: self.name.or(below.name),
-            preset: below.preset,
-            detection: self.detection.or(below.detection),
-            tolerance: self.tolerance.or(below.tolerance),
-            max_iterations: self.max_iterations.or(below.max_iterations),
-            residual: self.residual.or(below.residual),
-            on_failure: self.on_failure.or(below.on_failure),
-        }
     }
 }
 

@@ -1,478 +1,442 @@
-//! Text of a scenario file for a given scene.
+//! Document of a scene that was made: the content of run.json, and of scenario files that are written.
+//!
+//! Its numbers are exact: the world made of it has the same bits.
 
 use super::scene::Scene;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
+use serde::Serialize;
+use std::collections::HashMap;
 use std::fmt::Write as _;
+use toml::{Table, Value};
 use tumble_core::geometry::terrain::TerrainShape;
-use tumble_core::joint::{Drive, Middle, Motor};
-use tumble_core::world::{Impacts, StickSpeed};
+use tumble_core::joint::{Drive, Gear, GearAxis, Motor};
+use tumble_core::mechanics::load::Polyline;
+use tumble_core::mechanics::quaternion::unit;
+use tumble_core::mechanics::{Load, State};
+use tumble_core::world::{Impacts, Plane};
 use tumble_model::failure::Failure;
-use tumble_model::gear::GearModel;
 use tumble_model::groups::GroupsModel;
-use tumble_model::joint::{CourseModel, JointModel};
+use tumble_model::joint::JointModel;
+use tumble_model::packed::{pack_floats, pack_indices};
 use tumble_model::shape::{ModelForm, ModelPlace, ModelShape, PlacedForm};
-use tumble_model::{FixedModel, Model, PartnerModel};
+use tumble_model::{FixedModel, Model, PairModel, PartnerModel, TerrainModel};
 
 /// First line of a scenario file that may be replaced.
 pub const HEAD: &str = "# Written by tumble, which may replace this file.\n";
 
-/// Scenario file that reproduces this scene except for its solver; numbers are exact.
-///
-/// # Errors
-/// Bodies with a mesh file and turned height fields, which a text cannot contain.
-pub fn text(scene: &Scene) -> Result<String, Failure> {
-    let mut out = String::new();
-    let model = &scene.model;
-    // Writing to a string cannot fail.
-    let _ = head(&mut out, scene, model);
-    for (index, body) in model.bodies.iter().enumerate() {
-        body_table(&mut out, index, model)
-            .map_err(|why| Failure::Input(format!("bodies[{index}] ({}): {why}", body.name)))?;
-    }
-    fixed_tables(&mut out, model).map_err(Failure::Input)?;
-    terrain_tables(&mut out, model).map_err(Failure::Input)?;
-    pair_tables(&mut out, model);
-    for joint in &model.joints {
-        match &joint.course {
-            Some(course) => driven_table(&mut out, joint, course, model),
-            None => joint_table(&mut out, joint, model),
-        }
-    }
-    for gear in &model.gears {
-        gear_table(&mut out, gear, model);
-    }
-    surface_tables(&mut out, model);
-    Ok(out)
+/// Table with these fields. A field whose value is `None` is left out.
+macro_rules! table {
+    ($($name:literal: $value:expr),* $(,)?) => {{
+        let mut table = Table::new();
+        $(put(&mut table, $name, &$value);)*
+        table
+    }};
 }
 
-fn head(out: &mut String, scene: &Scene, model: &Model) -> std::fmt::Result {
-    writeln!(out, "name = {}", quoted(&scene.name))?;
-    writeln!(out, "steps = {}", scene.rows)?;
-    if scene.start_index > 0 {
-        writeln!(out, "start_index = {}", scene.start_index)?;
+/// Sets a field of `table`, unless its value is `None`, which TOML does not have.
+fn put(table: &mut Table, name: &str, value: &impl Serialize) {
+    if let Ok(value) = Value::try_from(value) {
+        table.insert(name.to_owned(), value);
     }
-    writeln!(out, "time_step = {:?}", model.dt)?;
-    let floats = scene.contact.is_none();
-    if !floats {
-        writeln!(out, "rotation = \"{}\"", model.rotation.name())?;
-        writeln!(out, "integrator = \"{}\"", model.integrator.name())?;
-        if let Some(accuracy) = model.accuracy {
-            writeln!(out, "accuracy = {accuracy:?}")?;
+}
+
+/// Scenario file that reproduces this scene except for its solver.
+///
+/// # Errors
+/// A terrain that cannot be packed.
+pub fn text(scene: &Scene) -> Result<String, Failure> {
+    let start_index = Some(scene.start_index).filter(|index| *index > 0);
+    let mut document =
+        table! { "name": scene.name, "steps": scene.rows, "start_index": start_index };
+    document.extend(document_of(&scene.model, scene.contact.is_none())?);
+    // The draws of a seed are numbers in a file.
+    for body in document.get_mut("bodies").and_then(Value::as_array_mut).into_iter().flatten() {
+        body.as_table_mut().map(|body| body.remove("drawn"));
+    }
+    Ok(toml_text(&document))
+}
+
+/// Text of a document: plain fields, then tables, then lists of tables, each field in a line.
+pub fn toml_text(document: &Table) -> String {
+    let (mut out, mut tables) = (String::new(), String::new());
+    // Writing to a string cannot fail.
+    for (name, value) in document {
+        let is_list = |entries: &[Value]| entries.first().is_some_and(Value::is_table);
+        match value {
+            Value::Table(table) => {
+                let _ = writeln!(tables, "\n[{name}]");
+                fields(&mut tables, table);
+            }
+            Value::Array(entries) if is_list(entries) => {
+                for table in entries.iter().filter_map(Value::as_table) {
+                    let _ = writeln!(tables, "\n[[{name}]]");
+                    fields(&mut tables, table);
+                }
+            }
+            value => {
+                let _ = writeln!(out, "{name} = {value}");
+            }
         }
-        if model.impacts == Impacts::Located {
-            writeln!(out, "impacts = \"located\"")?;
-        }
     }
-    writeln!(out, "gravity = {:?}", model.gravity)?;
-    if floats {
-        return Ok(());
-    }
-    writeln!(out, "\n[ground]")?;
-    match &model.plane {
-        None => writeln!(out, "none = true")?,
-        Some(plane) => {
-            writeln!(out, "normal = {:?}\noffset = {:?}", plane.normal.0, plane.offset)?;
-        }
-    }
-    writeln!(out, "friction = {:?}", model.mu)?;
-    let coefficients = model.coefficients.iter().map(|(of, all)| (of.name(), all.world));
-    for (field, value) in coefficients {
-        if let Some(value) = value {
-            writeln!(out, "{field} = {value:?}")?;
-        }
-    }
-    match &model.stick_speed {
-        Some(StickSpeed::Limit(speed)) => writeln!(out, "stick_speed = {speed:?}")?,
-        Some(StickSpeed::Table(rows)) => writeln!(out, "stick_speed = {rows:?}")?,
-        None => {}
-    }
-    if model.restitution != 0.0 {
-        writeln!(out, "restitution = {:?}", model.restitution)?;
-    }
-    match model.rebound_speed {
-        Some(speed) => writeln!(out, "rebound_speed = {speed:?}"),
-        None => Ok(()),
+    out + &tables
+}
+
+fn fields(out: &mut String, table: &Table) {
+    for (field, value) in table {
+        let _ = writeln!(out, "{field} = {value}");
     }
 }
 
 /// TOML string.
 pub fn quoted(text: &str) -> String {
-    let mut quoted = String::from("\"");
-    for letter in text.chars() {
-        match letter {
-            '"' | '\\' => quoted.extend(['\\', letter]),
-            letter if letter.is_control() => {
-                let _ = write!(quoted, "\\u{:04X}", u32::from(letter));
-            }
-            letter => quoted.push(letter),
-        }
-    }
-    quoted.push('"');
-    quoted
+    Value::from(text).to_string()
 }
 
-/// Form with its place, as an inline table.
-fn piece(placed: &PlacedForm) -> Result<String, String> {
-    let form = match &placed.form {
-        ModelForm::Box { sides } => format!("box = {sides:?}"),
-        ModelForm::Sphere { radius } => format!("sphere = {radius:?}"),
+/// Document of `model`, without its solver and number of steps. A body that `floats` has no ground.
+///
+/// # Errors
+/// A terrain that cannot be packed.
+pub fn document_of(model: &Model, floats: bool) -> Result<Table, Failure> {
+    let mut document = table! {
+        "time_step": model.dt,
+        "rotation": (!floats).then(|| model.rotation.name()),
+        "integrator": (!floats).then(|| model.integrator.name()),
+        "accuracy": model.accuracy,
+        "impacts": (model.impacts == Impacts::Located).then(|| model.impacts.name()),
+        "gravity": model.gravity,
+        "groups": Some(&model.groups).filter(|groups| !groups.is_empty()),
+        "ground": (!floats).then(|| ground(model)),
+    };
+    let mut shapes = HashMap::new();
+    let mut looks = HashMap::new();
+    let bodies: Vec<_> =
+        (0..model.bodies.len()).map(|index| body(model, index, &mut shapes, &mut looks)).collect();
+    let terrains: Result<Vec<_>, String> =
+        (0..model.terrains.len()).map(|index| terrain(model, index)).collect();
+    let courses = |joint: &&JointModel| joint.course.is_some();
+    let joints = model.joints.iter().filter(|joint| joint.course.is_none());
+    let apart = model.apart.iter().map(|pair| {
+        table! { "between": [of(model, PartnerModel::Body(pair.body)), of(model, pair.partner)] }
+    });
+    let surfaces = model.surfaces.iter().map(|surface| {
+        table! {
+            "of": of(model, surface.of),
+            "velocity": surface.velocity,
+            "axis": surface.friction_axis.map(|(axis, _)| axis),
+            "factor": surface.friction_axis.map(|(_, factor)| factor),
+        }
+    });
+    let driven = model.joints.iter().filter(courses).map(|joint| {
+        table! {
+            "name": joint.name,
+            "body": of(model, PartnerModel::Body(joint.body)),
+            "frames": joint.frames,
+            "course": joint.course,
+        }
+    });
+    let pairs = |pairs: &[PairModel]| -> Vec<Table> {
+        let pair = |pair: &PairModel| {
+            let between = [of(model, PartnerModel::Body(pair.body)), of(model, pair.partner)];
+            table! { "between": between, "coefficient": pair.coefficient }
+        };
+        pairs.iter().map(pair).collect()
+    };
+    let laws = model.coefficients.iter().map(|(law, all)| (law.name(), pairs(&all.pairs)));
+    let lists = [
+        ("bodies", bodies),
+        ("fixed", fixed(model)),
+        ("terrain", terrains.map_err(Failure::Other)?),
+        ("friction", pairs(&model.frictions)),
+        ("restitution", pairs(&model.restitutions)),
+        ("apart", apart.collect()),
+        ("joints", joints.clone().map(|joint| joint_table(model, joint)).collect()),
+        ("motors", joints.flat_map(motors).collect()),
+        ("gears", model.gears.iter().map(|one| gear(model, one)).collect()),
+        ("driven", driven.collect()),
+        ("surfaces", surfaces.collect()),
+    ];
+    for (name, entries) in lists.into_iter().chain(laws).filter(|(_, list)| !list.is_empty()) {
+        document.insert(name.to_owned(), entries.into());
+    }
+    Ok(document)
+}
+
+fn ground(model: &Model) -> Table {
+    let plane = model.plane.as_ref();
+    let mut ground = table! {
+        "none": plane.is_none().then_some(true),
+        "normal": plane.map(|plane| <[f64; 3]>::from(*plane.normal())),
+        "offset": plane.map(Plane::offset),
+        "friction": model.mu,
+    };
+    for (law, all) in &model.coefficients {
+        put(&mut ground, law.name(), &all.world);
+    }
+    put(&mut ground, "stick_speed", &model.stick_speed);
+    put(&mut ground, "restitution", &some(model.restitution));
+    put(&mut ground, "rebound_speed", &model.rebound_speed);
+    ground
+}
+
+/// The number, unless it is zero.
+fn some(number: f64) -> Option<f64> {
+    Some(number).filter(|number| *number != 0.0)
+}
+
+/// A unit quaternion, so that it keeps its bits when it is read.
+fn attitude(quaternion: [f64; 4]) -> Value {
+    let given = Value::from(quaternion.to_vec());
+    if <[f64; 4]>::from(unit(quaternion.into())) == quaternion {
+        return given;
+    }
+    Value::Table(table! { "exactly": given })
+}
+
+/// A convex piece. A mesh is a `surface` in visual shapes.
+fn piece(PlacedForm { form, place }: &PlacedForm, mesh: &str) -> Table {
+    let mut table = match form {
+        ModelForm::Box { sides } => table! { "box": sides },
+        ModelForm::Sphere { radius } => table! { "sphere": radius },
         ModelForm::Capsule { length, radius } => {
-            format!("capsule = {{ length = {length:?}, radius = {radius:?} }}")
+            table! { "capsule": table! { "length": length, "radius": radius } }
         }
         ModelForm::Cylinder { length, radius, sides } => {
-            format!("cylinder = {{ length = {length:?}, radius = {radius:?} }}, sides = {sides}")
+            table! { "cylinder": table! { "length": length, "radius": radius }, "sides": sides }
         }
         ModelForm::Cone { height, radius, sides } => {
-            format!("cone = {{ height = {height:?}, radius = {radius:?} }}, sides = {sides}")
+            table! { "cone": table! { "height": height, "radius": radius }, "sides": sides }
         }
         ModelForm::Ellipsoid { half_axes, sides } => {
-            format!("ellipsoid = {half_axes:?}, sides = {sides}")
+            table! { "ellipsoid": half_axes, "sides": sides }
         }
-        ModelForm::Hull { points, radius } => format!("hull = {points:?}, radius = {radius:?}"),
-        ModelForm::Mesh { .. } => {
-            return Err("mesh: a scenario text cannot contain a mesh; use a mesh file".to_owned());
+        ModelForm::Hull { points, radius } => table! { "hull": points, "radius": some(*radius) },
+        ModelForm::Mesh { vertices, triangles, radius, colour } => {
+            let own = table! { "vertices": vertices, "triangles": triangles, "colour": colour };
+            let mut table = table! { "radius": some(*radius) };
+            table.insert(mesh.to_owned(), own.into());
+            table
         }
     };
-    Ok(at_place(&form, placed))
-}
-
-/// Part of a visual shape, as an inline table.
-fn visual_part(placed: &PlacedForm) -> Result<String, String> {
-    match &placed.form {
-        ModelForm::Mesh { vertices, triangles, colour, .. } => {
-            let colour = colour.map(|colour| format!(", colour = \"{}\"", String::from(colour)));
-            let colour = colour.unwrap_or_default();
-            let surface = format!(
-                "surface = {{ vertices = {vertices:?}, triangles = {triangles:?}{colour} }}"
-            );
-            Ok(at_place(&surface, placed))
-        }
-        _ => piece(placed),
+    if *place != ModelPlace::ORIGIN {
+        put(&mut table, "position", &place.position);
+        put(&mut table, "attitude", &attitude(place.attitude));
     }
+    table
 }
 
-fn at_place(form: &str, placed: &PlacedForm) -> String {
-    let ModelPlace { position, attitude } = placed.place;
-    format!("{{ {form}, position = {position:?}, attitude = {attitude:?} }}")
-}
-
-fn pieces<'a>(placed: impl Iterator<Item = &'a PlacedForm>) -> Result<String, String> {
-    let lines: Result<Vec<_>, String> = placed.map(piece).collect();
-    Ok(format!("pieces = [\n    {},\n]", lines?.join(",\n    ")))
-}
-
-fn body_table(out: &mut String, index: usize, model: &Model) -> Result<(), String> {
+/// Body of the model. Its shape and its look are those of the first body that has them.
+fn body<'a>(
+    model: &'a Model,
+    index: usize,
+    shapes: &mut HashMap<usize, &'a str>,
+    looks: &mut HashMap<usize, &'a str>,
+) -> Table {
     let body = &model.bodies[index];
-    let shape =
-        model.shapes.get(body.shape).ok_or_else(|| "shape: it does not exist".to_owned())?;
-    let start = body.start.state();
-    let centre = Vector3::from(body.centre);
-    let origin = start.position - start.pose().rotation * centre;
-    let mut lines = vec![format!("name = {}", quoted(&body.name))];
-    match shape {
-        ModelShape::Pieces(placed) => {
-            lines.push(pieces(placed.iter())?);
-            lines.push(format!("centre = {:?}", body.centre));
+    let mut table = table! { "name": body.name };
+    let first = *shapes.entry(body.shape).or_insert(&body.name);
+    match model.shapes.get(body.shape) {
+        _ if first != body.name => put(&mut table, "shape", &first),
+        Some(ModelShape::Points(points)) => put(&mut table, "points", points),
+        Some(ModelShape::Pieces(pieces)) => {
+            let pieces: Vec<_> = pieces.iter().map(|one| piece(one, "mesh")).collect();
+            put(&mut table, "pieces", &pieces);
         }
-        ModelShape::Points(points) => lines.push(format!("points = {points:?}")),
+        None => {}
     }
-    lines.push(format!("mass = {:?}\ninertia = {:?}", body.mass, body.inertia));
-    let own = own(model, PartnerModel::Body(index));
-    let restitution = body.restitution.map(|value| ("restitution", value));
-    let friction = body.friction.map(|value| ("friction", value));
-    for (field, value) in friction.into_iter().chain(own).chain(restitution) {
-        lines.push(format!("{field} = {value:?}"));
-    }
-    if !body.touches {
-        lines.push("touches = false".to_owned());
-    }
-    lines.extend(group_lines(&body.groups));
-    lines.push(format!("position = {:?}", <[f64; 3]>::from(origin)));
-    lines.push(format!("attitude = {:?}", body.start.attitude));
-    for (field, value) in [("velocity", body.start.velocity), ("spin", body.start.spin)] {
-        if value != [0.0; 3] {
-            lines.push(format!("{field} = {value:?}"));
+    table.extend(table! {
+        "centre": Some(body.centre).filter(|centre| *centre != [0.0; 3]),
+        "mass": body.mass,
+        "inertia": body.inertia,
+        "friction": body.friction,
+    });
+    own(&mut table, model, PartnerModel::Body(index));
+    table.extend(table! {
+        "restitution": body.restitution,
+        "touches": (!body.touches).then_some(false),
+    });
+    groups(&mut table, &body.groups);
+    let State { position, attitude: turned, velocity, spin } = body.start;
+    let moving = |rate: Vector3<f64>| Some(<[f64; 3]>::from(rate)).filter(|rate| *rate != [0.0; 3]);
+    table.extend(table! {
+        "frame": "centre",
+        "position": <[f64; 3]>::from(position),
+        "attitude": attitude(turned.into()),
+        "velocity": moving(velocity),
+        "spin": moving(spin),
+        "drawn": body.drawn,
+        "load": (!body.load.is_none()).then(|| load(&body.load)),
+        "colour": body.colour,
+        "label": body.label,
+    });
+    if let Some((look, parts)) = body.look.and_then(|look| Some((look, model.looks.get(look)?))) {
+        let first = *looks.entry(look).or_insert(&body.name);
+        if first == body.name {
+            let parts: Vec<_> = parts.iter().map(|one| piece(one, "surface")).collect();
+            put(&mut table, "look", &parts);
+        } else {
+            put(&mut table, "look", &first);
         }
     }
-    if let Some(load) = &body.load {
-        let knots = |knots: &[tumble_model::fields::Numbers<4>]| {
-            knots.iter().map(|knot| knot.0).collect::<Vec<_>>()
-        };
-        let (force, torque) = (knots(&load.force), knots(&load.torque));
-        let at = if force.is_empty() { String::new() } else { format!(", at = {:?}", load.at.0) };
-        let of = |field: &str, knots: &[[f64; 4]]| match knots {
-            [] => None,
-            knots => Some(format!("{field} = {knots:?}")),
-        };
-        let parts: Vec<_> =
-            [of("force", &force), of("torque", &torque)].into_iter().flatten().collect();
-        lines.push(format!("load = {{ {}{at} }}", parts.join(", ")));
-    }
-    lines.extend(body.colour.map(|colour| format!("colour = \"{}\"", String::from(colour))));
-    if let Some(look) = body.look.and_then(|look| model.looks.get(look)) {
-        let parts: Result<Vec<_>, String> = look.iter().map(visual_part).collect();
-        lines.push(format!("look = [\n    {},\n]", parts?.join(",\n    ")));
-    }
-    lines.extend(body.label.as_ref().map(|label| format!("label = {}", quoted(&label.0))));
-    let _ = writeln!(out, "\n[[bodies]]\n{}", lines.join("\n"));
-    Ok(())
+    table
 }
 
-/// Fields of collision groups.
-fn group_lines(groups: &GroupsModel) -> impl Iterator<Item = String> {
+fn load(load: &Load) -> Table {
+    let knots = |line: &Polyline| {
+        let knots = line.knots().iter().map(|(time, v)| [*time, v[0], v[1], v[2]]);
+        Some(knots.collect::<Vec<_>>()).filter(|knots| !knots.is_empty())
+    };
+    let force = knots(&load.force);
+    let at = force.is_some().then(|| <[f64; 3]>::from(*load.point()));
+    table! { "force": force, "torque": knots(&load.torque), "at": at }
+}
+
+/// Own coefficients of a body or fixed piece.
+fn own(table: &mut Table, model: &Model, owner: PartnerModel) {
+    for (law, all) in &model.coefficients {
+        put(table, law.name(), &all.own(owner));
+    }
+}
+
+fn groups(table: &mut Table, groups: &GroupsModel) {
     let members = Some(&groups.members).filter(|members| !members.is_empty());
-    let fields = [("groups", members), ("collides_with", groups.collides_with.as_ref())];
-    fields.into_iter().filter_map(|(field, names)| {
-        let names: Vec<_> = names?.iter().map(|name| quoted(name)).collect();
-        Some(format!("{field} = [{}]", names.join(", ")))
-    })
+    table.extend(table! { "groups": members, "collides_with": groups.collides_with });
 }
 
-/// Tables of fixed geometry. Consecutive pieces with the same name form one object.
-fn fixed_tables(out: &mut String, model: &Model) -> Result<(), String> {
-    type Own<'a> = (&'a FixedModel, Vec<(&'static str, f64)>);
-    let of_each: Vec<Own<'_>> = (0..model.fixed.len())
-        .map(|index| (&model.fixed[index], own(model, PartnerModel::Fixed(index))))
+/// Fixed geometry. Consecutive pieces that differ in their shapes only form one object.
+fn fixed(model: &Model) -> Vec<Table> {
+    // Fields of a piece besides its shape.
+    let fields: Vec<Table> = (0..model.fixed.len())
+        .map(|index| {
+            let FixedModel { name, friction, groups: of, .. } = &model.fixed[index];
+            let mut table = table! { "name": name, "friction": friction };
+            own(&mut table, model, PartnerModel::Fixed(index));
+            groups(&mut table, of);
+            table
+        })
         .collect();
-    let one = |(a, of_a): &Own<'_>, (b, of_b): &Own<'_>| {
-        a.name == b.name && a.friction == b.friction && of_a == of_b && a.groups == b.groups
+    let mut pieces = model.fixed.iter().map(|fixed| piece(&fixed.piece, "mesh"));
+    let object = |alike: &[Table]| {
+        let pieces: Vec<_> = pieces.by_ref().take(alike.len()).collect();
+        let mut table = alike[0].clone();
+        put(&mut table, "pieces", &pieces);
+        table
     };
-    for thing in of_each.chunk_by(one) {
-        let (first, own) = &thing[0];
-        let name = quoted(&first.name);
-        let pieces = pieces(thing.iter().map(|(fixed, _)| &fixed.piece))?;
-        let _ = writeln!(out, "\n[[fixed]]\nname = {name}\n{pieces}");
-        coefficient_lines(out, first.friction, own, &first.groups);
-    }
-    Ok(())
+    fields.chunk_by(|a, b| a == b).map(object).collect()
 }
 
-/// Coefficients and groups of something fixed.
-fn coefficient_lines(
-    out: &mut String,
-    friction: Option<f64>,
-    own: &[(&'static str, f64)],
-    groups: &GroupsModel,
-) {
-    for (field, value) in friction.map(|value| ("friction", value)).iter().chain(own) {
-        let _ = writeln!(out, "{field} = {value:?}");
-    }
-    for line in group_lines(groups) {
-        let _ = writeln!(out, "{line}");
-    }
+fn terrain(model: &Model, index: usize) -> Result<Table, String> {
+    let TerrainModel { name, terrain, friction, groups: of } = &model.terrains[index];
+    let mut table = table! { "name": name };
+    table.extend(match terrain.shape() {
+        TerrainShape::Field(field) => {
+            let heights = pack_floats(field.heights().iter().copied())?;
+            table! {
+                "heights": table! { "columns": field.columns(), "packed": heights },
+                "spacing": field.spacing(),
+                "corner": <[f64; 3]>::from(*field.position()),
+                "turned": <[[f64; 3]; 3]>::from(field.rotation().transpose()),
+            }
+        }
+        TerrainShape::Mesh(mesh) => {
+            let vertices = pack_floats(mesh.vertices().iter().flatten().copied())?;
+            let triangles = pack_indices(mesh.triangles().iter().flatten().copied())?;
+            table! { "surface": table! { "vertices": vertices, "triangles": triangles } }
+        }
+    });
+    put(&mut table, "friction", friction);
+    own(&mut table, model, PartnerModel::Terrain(index));
+    groups(&mut table, of);
+    Ok(table)
 }
 
-/// Tables of terrain. Turned height fields have no exact text.
-fn terrain_tables(out: &mut String, model: &Model) -> Result<(), String> {
-    for (index, thing) in model.terrains.iter().enumerate() {
-        let form = match thing.terrain.shape() {
-            TerrainShape::Field(field) if *field.rotation() == Matrix3::identity() => {
-                let rows = field.heights().chunks(field.columns());
-                let rows: String = rows.map(|row| format!("    {row:?},\n")).collect();
-                let (spacing, corner) = (field.spacing(), <[f64; 3]>::from(*field.position()));
-                format!("heights = [\n{rows}]\nspacing = {spacing:?}\ncorner = {corner:?}")
-            }
-            TerrainShape::Field(_) => {
-                let why = "a text cannot contain a turned height field; keep run.json";
-                return Err(format!("terrain ({}): {why}", thing.name));
-            }
-            TerrainShape::Mesh(mesh) => {
-                let vertices: Vec<[f64; 3]> =
-                    mesh.vertices().iter().map(|at| (*at).into()).collect();
-                let triangles = mesh.triangles();
-                format!("surface = {{ vertices = {vertices:?}, triangles = {triangles:?} }}")
-            }
-        };
-        let _ = writeln!(out, "\n[[terrain]]\nname = {}\n{form}", quoted(&thing.name));
-        let own = own(model, PartnerModel::Terrain(index));
-        coefficient_lines(out, thing.friction, &own, &thing.groups);
-    }
-    Ok(())
-}
-
-/// Name of a body, fixed piece or the ground in a scenario file.
-fn name_of(partner: PartnerModel, model: &Model) -> &str {
+/// Name of a body, a fixed object or the ground. One of several pieces of an object has its number.
+fn of(model: &Model, partner: PartnerModel) -> String {
     match partner {
-        PartnerModel::Ground => "ground",
-        PartnerModel::Fixed(index) => model.fixed.get(index).map_or("", |fixed| &fixed.name),
-        PartnerModel::Terrain(index) => {
-            model.terrains.get(index).map_or("", |terrain| &terrain.name)
+        PartnerModel::Ground => "ground".to_owned(),
+        PartnerModel::Body(index) => model.bodies[index].name.clone(),
+        PartnerModel::Terrain(index) => model.terrains[index].name.clone(),
+        PartnerModel::Fixed(index) => {
+            let name = &model.fixed[index].name;
+            let is_alone = model.fixed.iter().filter(|fixed| fixed.name == *name).count() == 1;
+            if is_alone { name.clone() } else { format!("fixed[{index}]") }
         }
-        PartnerModel::Body(index) => model.bodies.get(index).map_or("", |body| &body.name),
     }
 }
 
-/// Own coefficients of a body or fixed piece, with their fields.
-fn own(model: &Model, owner: PartnerModel) -> Vec<(&'static str, f64)> {
-    let all = model.coefficients.iter();
-    all.filter_map(|(of, all)| Some((of.name(), all.own(owner)?))).collect()
-}
-
-fn pair_tables(out: &mut String, model: &Model) {
-    let between = |body: usize, partner: PartnerModel| {
-        let names = [PartnerModel::Body(body), partner].map(|of| quoted(name_of(of, model)));
-        format!("between = [{}, {}]", names[0], names[1])
+fn joint_table(model: &Model, joint: &JointModel) -> Table {
+    let bodies = [Some(joint.body), joint.other].into_iter().flatten();
+    let bodies: Vec<_> = bodies.map(|body| &model.bodies[body].name).collect();
+    let mut table = table! {
+        "name": joint.name,
+        "type": joint.kind.name(),
+        "bodies": bodies,
+        "frames": joint.frames,
+        "length": joint.length,
+        "cone": joint.cone,
+        "middle": joint.middle,
+        "collide": joint.collide.then_some(true),
     };
-    let coefficients = model.coefficients.iter().map(|(of, all)| (of.name(), &all.pairs));
-    let of_laws = [("friction", &model.frictions), ("restitution", &model.restitutions)];
-    for (table, pairs) in of_laws.into_iter().chain(coefficients) {
-        for pair in pairs {
-            let (between, coefficient) = (between(pair.body, pair.partner), pair.coefficient);
-            let _ = writeln!(out, "\n[[{table}]]\n{between}\ncoefficient = {coefficient:?}");
+    let driven = joint.kind.driven();
+    for ((axis, _), drive) in driven.iter().zip(&joint.drives) {
+        let fields = drive_table(drive);
+        if driven.len() == 1 {
+            table.extend(fields);
+        } else if !fields.is_empty() {
+            put(&mut table, axis, &fields);
         }
     }
-    for pair in &model.apart {
-        let _ = writeln!(out, "\n[[apart]]\n{}", between(pair.body, pair.partner));
-    }
-}
-
-/// Table of a prescribed motion.
-///
-/// It has places at times, or a constant velocity about a point other than the shape's origin.
-fn driven_table(out: &mut String, joint: &JointModel, course: &CourseModel, model: &Model) {
-    let body = model.bodies.get(joint.body);
-    let centre = body.map_or([0.0; 3], |body| body.centre);
-    let about = Vector3::from(joint.frames[0].position) + Vector3::from(centre);
-    let mut lines = vec![
-        format!("name = {}", quoted(&joint.name)),
-        format!("body = {}", quoted(body.map_or("", |body| &body.name))),
-    ];
-    if about == Vector3::zeros() {
-        let positions: Vec<_> = course.places.iter().map(|place| place.position).collect();
-        let attitudes: Vec<_> = course.places.iter().map(|place| place.attitude).collect();
-        lines.push(format!("times = {:?}", course.times));
-        lines.push(format!("positions = {positions:?}\nattitudes = {attitudes:?}"));
-    } else {
-        // The point is given at its initial position in the world.
-        lines.extend(course.places.first().map(|place| format!("about = {:?}", place.position)));
-    }
-    for (field, value) in [("velocity", course.velocity), ("spin", course.spin)] {
-        if value != [0.0; 3] {
-            lines.push(format!("{field} = {value:?}"));
-        }
-    }
-    let _ = writeln!(out, "\n[[driven]]\n{}", lines.join("\n"));
-}
-
-fn gear_table(out: &mut String, gear: &GearModel, model: &Model) {
-    let of = |k: usize| {
-        let joint = model.joints.get(gear.joints[k]);
-        let driven = joint.map_or(&[][..], |joint| joint.kind.driven());
-        let axis = driven.iter().find(|(_, axis)| *axis == gear.axes[k]);
-        let name = joint.map_or("", |joint| &joint.name);
-        (quoted(name), quoted(axis.map_or("", |(axis, _)| axis)))
-    };
-    let (first, second) = (of(0), of(1));
-    let _ = writeln!(
-        out,
-        "\n[[gears]]\njoints = [{}, {}]\naxes = [{}, {}]\nratio = {:?}\noffset = {:?}",
-        first.0, second.0, first.1, second.1, gear.ratio, gear.offset
-    );
-    if let Some(drive) = &gear.drive {
-        let _ = writeln!(out, "drive = {{ {} }}", drive_fields(drive).join(", "));
-        if let Some(motor) = &drive.motor {
-            let _ = writeln!(out, "motor = {{ {} }}", motor_fields(motor).join(", "));
-        }
-    }
-}
-
-/// Tables of surfaces. All pieces of the same name share one.
-fn surface_tables(out: &mut String, model: &Model) {
-    let mut names = Vec::new();
-    for surface in &model.surfaces {
-        let name = name_of(surface.of, model);
-        if !names.contains(&name) {
-            names.push(name);
-            let _ = writeln!(out, "\n[[surfaces]]\nof = {}", quoted(name));
-            if let Some(velocity) = surface.velocity {
-                let _ = writeln!(out, "velocity = {velocity:?}");
-            }
-            if let Some((axis, factor)) = surface.friction_axis {
-                let _ = writeln!(out, "axis = {axis:?}\nfactor = {factor:?}");
-            }
-        }
-    }
+    table
 }
 
 /// Fields of a drive that differ from their defaults.
-fn drive_fields(drive: &Drive) -> Vec<String> {
-    let mut fields = Vec::new();
-    fields.extend(drive.limits.map(|limits| format!("limits = {limits:?}")));
-    let sticks = drive.static_friction.map(|friction| format!("static_friction = {friction:?}"));
-    fields.extend(sticks);
-    for (field, value) in [
-        ("friction", drive.friction),
-        ("stiffness", drive.stiffness),
-        ("rest", drive.rest),
-        ("damping", drive.damping),
-        ("force", drive.force),
-        ("armature", drive.armature),
-    ] {
-        if value != 0.0 {
-            fields.push(format!("{field} = {value:?}"));
-        }
+fn drive_table(drive: &Drive) -> Table {
+    table! {
+        "limits": drive.limits,
+        "friction": some(drive.friction),
+        "static_friction": drive.static_friction,
+        "stiffness": some(drive.stiffness),
+        "rest": some(drive.rest),
+        "damping": some(drive.damping),
+        "force": some(drive.force),
+        "armature": some(drive.armature),
     }
-    fields
 }
 
-fn motor_fields(motor: &Motor) -> Vec<String> {
-    let fields: &[(&str, f64)] = match motor {
-        Motor::Speed { target, max_force } => &[("speed", *target), ("max_force", *max_force)],
-        Motor::Position { target, stiffness, damping, max_force } => &[
-            ("position", *target),
-            ("stiffness", *stiffness),
-            ("damping", *damping),
-            ("max_force", *max_force),
-        ],
+fn motor_table(motor: &Motor) -> Table {
+    match motor {
+        Motor::Speed { target, max_force } => table! { "speed": target, "max_force": max_force },
+        Motor::Position { target, stiffness, damping, max_force } => table! {
+            "position": target, "stiffness": stiffness, "damping": damping, "max_force": max_force,
+        },
         Motor::Damper { target, damping, max_force } => {
-            &[("speed", *target), ("damping", *damping), ("max_force", *max_force)]
+            table! { "speed": target, "damping": damping, "max_force": max_force }
         }
-    };
-    fields.iter().map(|(field, value)| format!("{field} = {value:?}")).collect()
+    }
 }
 
-fn joint_table(out: &mut String, joint: &JointModel, model: &Model) {
-    let name = |index: usize| model.bodies.get(index).map_or("", |body| &body.name);
-    let names =
-        [Some(joint.body), joint.other].into_iter().flatten().map(|body| quoted(name(body)));
-    let names: Vec<_> = names.collect();
-    let mut lines = vec![
-        format!("name = {}", quoted(&joint.name)),
-        format!("type = \"{}\"", joint.kind.name()),
-        format!("bodies = [{}]", names.join(", ")),
-    ];
-    let owners = [Some(joint.body), joint.other];
-    for ((side, place), owner) in ["a", "b"].into_iter().zip(&joint.frames).zip(owners) {
-        // For a body, the anchor is in the shape's frame.
-        let centre =
-            owner.and_then(|body| model.bodies.get(body)).map_or([0.0; 3], |body| body.centre);
-        let anchor = Vector3::from(place.position) + Vector3::from(centre);
-        lines.push(format!("anchor_{side} = {:?}", <[f64; 3]>::from(anchor)));
-        lines.push(format!("attitude_{side} = {:?}", place.attitude));
-    }
-    lines.extend(joint.length.map(|length| format!("length = {length:?}")));
-    lines.extend(joint.cone.map(|cone| format!("cone = {cone:?}")));
-    if let Some(middle) = &joint.middle {
-        let Middle { backwards, zero } = middle;
-        lines.push(format!("middle = {{ backwards = {backwards}, zero = {zero:?} }}"));
-    }
-    if joint.collide {
-        lines.push("collide = true".to_owned());
-    }
+/// Motors of a joint.
+fn motors(joint: &JointModel) -> impl Iterator<Item = Table> {
     let driven = joint.kind.driven();
-    for ((axis, _), drive) in driven.iter().zip(&joint.drives) {
-        let fields = drive_fields(drive);
-        match driven.len() {
-            1 => lines.extend(fields),
-            _ if fields.is_empty() => {}
-            _ => lines.push(format!("{axis} = {{ {} }}", fields.join(", "))),
-        }
-    }
-    let _ = writeln!(out, "\n[[joints]]\n{}", lines.join("\n"));
-    for ((axis, _), drive) in driven.iter().zip(&joint.drives) {
-        let Some(motor) = &drive.motor else { continue };
-        let axis = if driven.len() == 1 { String::new() } else { format!("axis = \"{axis}\"\n") };
-        let law = motor_fields(motor).join("\n");
-        let _ = writeln!(out, "\n[[motors]]\njoint = {}\n{axis}{law}", quoted(&joint.name));
+    driven.iter().zip(&joint.drives).filter_map(move |((axis, _), drive)| {
+        let axis = (driven.len() > 1).then_some(axis);
+        let mut table = table! { "joint": joint.name, "axis": axis };
+        table.extend(motor_table(drive.motor.as_ref()?));
+        Some(table)
+    })
+}
+
+fn gear(model: &Model, gear: &Gear) -> Table {
+    let axis = |of: &GearAxis| {
+        let driven = model.joints[of.joint].kind.driven();
+        let axis = driven.iter().find(|(_, axis)| GearAxis::new(of.joint, *axis) == *of);
+        axis.map_or("", |(name, _)| name)
+    };
+    table! {
+        "joints": gear.axes().each_ref().map(|of| &model.joints[of.joint].name),
+        "axes": gear.axes().each_ref().map(axis),
+        "ratio": gear.ratio(),
+        "offset": gear.offset(),
+        "drive": gear.drive().map(drive_table),
+        "motor": gear.drive().and_then(|drive| drive.motor).as_ref().map(motor_table),
     }
 }

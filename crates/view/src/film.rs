@@ -100,7 +100,7 @@ impl Film {
         mut frames: Vec<IntervalRows>,
     ) -> Result<Self, Failure> {
         frames.iter_mut().for_each(|frame| frame.contacts.retain(is_loaded));
-        let bodies = model.bodies.iter().zip(world.bodies()).zip(model.loads()?).enumerate();
+        let bodies = model.bodies.iter().zip(world.bodies()).zip(model.loads()).enumerate();
         let bodies = bodies.map(|(index, ((body, rigid), load))| {
             let shapes = shapes(model, index, body, rigid)?;
             let label = body.label.as_ref().map_or(String::new(), |label| label.0.clone());

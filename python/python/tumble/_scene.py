@@ -13,7 +13,7 @@ from ._checks import name_list, tables, whole
 from ._core import core_property
 from ._files import replaced
 from ._query import Queries
-from ._toml import document
+from ._toml import document, toml_value
 from ._tumble import SCENE_HEAD, CoreScene, TumbleError, name_hint, remedy
 from ._types import ByJoint, Fields, Floats, Location
 
@@ -33,6 +33,18 @@ _SEED = re.compile(r"^\s*\"?seed\"?\s*=", re.MULTILINE)
 
 
 _RANGES = {"seed": (0, _LARGEST_SEED), "steps": (1, _MOST_STEPS), "start_index": (0, _LARGEST_START)}
+
+
+_PATHS = {
+    "friction": "ground.friction",
+    "restitution": "ground.restitution",
+    "solver": "solver.name",
+    "residual": "solver.residual",
+}
+"""Paths in a scenario of keywords with another name."""
+
+_OTHERS = ("packages", "leave_out", "point_contacts", "model")
+"""Keywords that are not fields of a scenario."""
 
 
 class Settings(TypedDict, total=False):
@@ -155,7 +167,16 @@ class Scene(Queries):
 
     def _parse(self, text: str, path: Location, settings: Settings) -> None:
         given = {name: _checked(name, value) for name, value in settings.items() if value is not None}
-        self._core = CoreScene(text, os.fspath(path), **given)
+        others = {name: given[name] for name in _OTHERS if name in given}
+        if "model" in given:
+            # The model is at its own step, the text at that of its start.
+            others["start_index"] = given.get("start_index")
+        fields = [
+            (name, _PATHS.get(name, name), toml_value(name, value + 1 if name == "steps" else value))
+            for name, value in given.items()
+            if name not in others
+        ]
+        self._core = CoreScene(text, os.fspath(path), fields, **others)
         self._source = text, os.fspath(path), given
 
     @classmethod

@@ -18,7 +18,7 @@ _MOST_NESTED = 64
 def document(fields: Mapping[str, Any]) -> str:
     """TOML document of ``fields``, without those that are None."""
     given = {key: value for key, value in fields.items() if value is not None}
-    return "".join(f"{_key(key)} = {_value(key, value)}\n" for key, value in given.items())
+    return "".join(f"{_key(key)} = {toml_value(key, value)}\n" for key, value in given.items())
 
 
 def _key(key: Any) -> str:
@@ -41,7 +41,8 @@ def _packed(array: Any) -> str:
     return f'{{ columns = {array.shape[1]}, packed = "{text}" }}'
 
 
-def _value(name: str, value: Any, depth: int = 0) -> str:
+def toml_value(name: str, value: Any, depth: int = 0) -> str:
+    """TOML of ``value``. Errors call it ``name``."""
     if depth > _MOST_NESTED:
         raise TumbleError("a list or dictionary of the scene contains itself, or is nested too deeply")
     if name.endswith(".heights") and getattr(value, "ndim", 0) == 2 and value.dtype.kind in "fiu":
@@ -62,7 +63,7 @@ def _value(name: str, value: Any, depth: int = 0) -> str:
         return repr(value)
     if isinstance(value, Mapping):
         inner = ", ".join(
-            f"{_key(key)} = {_value(f'{name}.{key}', item, depth + 1)}" for key, item in value.items() if item is not None
+            f"{_key(key)} = {toml_value(f'{name}.{key}', item, depth + 1)}" for key, item in value.items() if item is not None
         )
         return f"{{ {inner} }}"
     try:
@@ -72,5 +73,5 @@ def _value(name: str, value: Any, depth: int = 0) -> str:
             f"{name}: {type(value).__name__} is not supported in a scene; a number, a string, a "
             "list or a dictionary is needed"
         ) from None
-    inner = ", ".join(_value(f"{name}[{index}]", item, depth + 1) for index, item in enumerate(items))
+    inner = ", ".join(toml_value(f"{name}[{index}]", item, depth + 1) for index, item in enumerate(items))
     return f"[{inner}]"

@@ -15,7 +15,6 @@ use tumble_plan::{
     Stage,
 };
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 fn read(path: &Path, _: u64) -> std::io::Result<Vec<u8>> {
     std::fs::read(path)
@@ -36,7 +35,7 @@ fn whole_steps(mut scene: Scene) -> Scene {
 
 /// Problem of a scene, both given as texts.
 fn told(scene: &str, problem: &str) -> ProblemFile {
-    let scene = Scene::from_text(scene, Path::new("scene.toml"), Settings::default(), &read);
+    let scene = Scene::from_text(scene, Path::new("scene.toml"), &[], &read);
     let scene = whole_steps(scene.unwrap());
     ProblemFile::from_scene_text(scene, &format!("scene = \"-\"\n{problem}")).unwrap()
 }
@@ -417,7 +416,7 @@ fn an_interrupted_search_has_the_best_so_far() {
 
 #[test]
 fn invalid_problems_are_rejected() {
-    let scene = Scene::from_text(BOX, Path::new("box.toml"), Settings::default(), &read);
+    let scene = Scene::from_text(BOX, Path::new("box.toml"), &[], &read);
     let scene = whole_steps(scene.unwrap());
     let force = "[[controls]]\nkind = \"force\"\n";
     let target = "[target]\nx = 1\n";

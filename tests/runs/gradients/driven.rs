@@ -8,7 +8,6 @@ use tumble::rollout::{
 };
 use tumble_core::error::Error;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 /// More than the steps of one segment of the backward pass.
 const STEPS: usize = 40;
@@ -51,7 +50,7 @@ const ARM: &str = "
 
 fn scene(text: &str) -> Scene {
     let read = |_: &Path, _: u64| Ok(Vec::new());
-    let scene = Scene::from_text(text, Path::new("arm.toml"), Settings::default(), &read);
+    let scene = Scene::from_text(text, Path::new("arm.toml"), &[], &read);
     super::differentiable(scene.unwrap())
 }
 

@@ -10,7 +10,6 @@ use std::path::Path;
 use tumble_core::derivative::StateChange;
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 /// Length of a run (s).
 const DURATION: f64 = 0.2;
@@ -128,8 +127,7 @@ impl Counts {
         let mut draw = Draw(Mt::new(seed));
         let text = scene(&mut draw);
         let none = |_: &Path, _: u64| Ok(Vec::new());
-        let scene =
-            Scene::from_text(&text, Path::new("s.toml"), Settings::default(), &none).unwrap();
+        let scene = Scene::from_text(&text, Path::new("s.toml"), &[], &none).unwrap();
         let bodies = scene.starts.len();
         let steps = (DURATION / scene.world.time_step()).round() as u64;
         let mut changes = |_: usize| StateChange::from_array(&std::array::from_fn(|_| draw.unit()));
@@ -206,7 +204,7 @@ fn by_start(h: f64, has_impact_times: bool) -> (StateChange, u64) {
         0.1 + DROP
     );
     let none = |_: &Path, _: u64| Ok(Vec::new());
-    let scene = Scene::from_text(&text, Path::new("s.toml"), Settings::default(), &none).unwrap();
+    let scene = Scene::from_text(&text, Path::new("s.toml"), &[], &none).unwrap();
     let steps = (0.4 / h).round() as u64;
     let along = StateChange { position: Vector3::x(), ..StateChange::zero() };
     let mut simulation = started(&scene, &[StateChange::zero()], 0.0);

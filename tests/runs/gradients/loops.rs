@@ -9,11 +9,10 @@ use crate::common::prelude::*;
 use rand_mt::Mt;
 use std::path::Path;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 fn scene(text: &str) -> (World, Vec<State>) {
     let read = |path: &Path, _: u64| std::fs::read(path);
-    let settings = Settings::default();
+    let settings = &[];
     let scene = Scene::from_text(text, Path::new("scene.toml"), settings, &read);
     let scene = super::differentiable(scene.unwrap());
     let run = scene.simulation(&Default::default()).unwrap();

@@ -21,13 +21,12 @@ use rand_mt::Mt;
 use std::path::Path;
 use tumble_core::simulation::{Checkpoints, Run, RunGradient};
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 fn scenario(name: &str) -> Scene {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios").join(name);
     let text = std::fs::read_to_string(&path).unwrap();
     let read = |path: &Path, _: u64| std::fs::read(path);
-    differentiable(Scene::from_text(&text, &path, Settings::default(), &read).unwrap())
+    differentiable(Scene::from_text(&text, &path, &[], &read).unwrap())
 }
 
 /// The scene with the integrator whose steps have derivatives.

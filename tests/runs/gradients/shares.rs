@@ -4,7 +4,6 @@ use super::{Direction, apart, difference, size, step};
 use crate::common::prelude::*;
 use std::path::Path;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 /// Two capsules that lie in line, are joined by a ball joint and slide across: five vertical forces
 /// for four equations. Their shares decide the friction. The shares of a step are those of ε = 1e-6,
@@ -25,7 +24,7 @@ fn two_capsules_on_a_ball_joint_that_slide() {
         capsule("b", 0.3, 0.7),
     );
     let none = |_: &Path, _: u64| Ok(Vec::new());
-    let scene = Scene::from_text(&text, Path::new("s.toml"), Settings::default(), &none);
+    let scene = Scene::from_text(&text, Path::new("s.toml"), &[], &none);
     let scene = super::differentiable(scene.unwrap());
     let (world, states) = (&scene.world, &scene.starts[..]);
     let (simulation, base) = step(world, states, &[]).unwrap();
@@ -63,7 +62,7 @@ fn links_of_a_chain_on_the_ground() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/chain.toml");
     let text = std::fs::read_to_string(&path).unwrap();
     let none = |_: &Path, _: u64| Ok(Vec::new());
-    let scene = Scene::from_text(&text, &path, Settings::default(), &none).unwrap();
+    let scene = Scene::from_text(&text, &path, &[], &none).unwrap();
     let scene = super::differentiable(scene);
     let world = &scene.world;
     let motion = Motion::native(world);

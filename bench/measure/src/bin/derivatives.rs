@@ -20,7 +20,6 @@ use tumble_core::mechanics::State;
 use tumble_core::simulation::{Checkpoints, Run, Simulation, StepRecord};
 use tumble_core::solver::native::StepDerivative;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 /// Number of interleaved runs; the fastest counts.
 const TURNS: usize = 7;
@@ -108,7 +107,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for file in &files {
         let text = std::fs::read_to_string(file)?;
         let read = |path: &Path, _: u64| std::fs::read(path);
-        let scene = Scene::from_text(&text, Path::new(file), Settings::default(), &read)
+        let scene = Scene::from_text(&text, Path::new(file), &[], &read)
             .map_err(|failure| failure.to_string())?;
         if let Some((_, work)) = one {
             timed(&scene, *work)?;

@@ -100,19 +100,14 @@ fn check_files(out: &Path, end: &End) {
 }
 
 /// Flags with a value.
-const FLAGS: [&str; 16] = [
+const FLAGS: [&str; 11] = [
     "--scene",
     "--steps",
     "--seed",
     "--dt",
     "--mu",
-    "--mass",
-    "--inertia",
     "--gravity",
-    "--box",
-    "--height",
-    "--velocity",
-    "--spin",
+    "--set",
     "--solver",
     "--detection",
     "--tol",
@@ -264,14 +259,14 @@ fn a_run_of_any_valid_arguments_writes_a_file_that_can_be_read() {
         let height = 0.867 * side + 1e-3 * dt * z.abs();
         let mut args = vec![
             format!("--dt={dt:?}"),
-            format!("--mass={mass:?}"),
-            format!("--inertia={inertia:?}"),
-            format!("--box={side:?}"),
+            format!("--set=body.mass={mass:?}"),
+            format!("--set=body.inertia={inertia:?}"),
+            format!("--set=body.box={side:?}"),
             format!("--mu={mu:?}"),
             format!("--gravity={gravity:?}"),
-            format!("--height={height:?}"),
-            format!("--velocity={x:?},{y:?},{z:?}"),
-            format!("--spin={a:?},{b:?},{c:?}"),
+            format!("--set=start.position=0,0,{height:?}"),
+            format!("--set=start.velocity={x:?},{y:?},{z:?}"),
+            format!("--set=start.spin={a:?},{b:?},{c:?}"),
             "--steps=6".to_owned(),
         ];
         args.push(if native { "--solver=native" } else { "--max-iter=60" }.to_owned());

@@ -211,7 +211,8 @@ fn a_slide_plays_in_a_loop() {
 fn the_camera_follows_where_the_motion_is_long() {
     let pages = Pages::new();
     // A cube that slides 60 m.
-    let far = ["--steps", "1000", "--solver", "native", "--velocity", "0,40,0", "--mu", "0.05"];
+    let far =
+        ["--steps", "1000", "--solver", "native", "--set", "start.velocity=0,40,0", "--mu", "0.05"];
     let far = pages.simulate("far", &far, 0);
     let browser = Browser::start(1280, 800);
     browser.open(&far);

@@ -48,7 +48,8 @@ impl Pages {
     /// Page of the drop scene and a shorter, coarser run of another body.
     pub fn pair(&self) -> PathBuf {
         self.drop();
-        let other = ["--steps", "300", "--solver", "native", "--dt", "0.005", "--box", "1,2,0.5"];
+        let other =
+            ["--steps", "300", "--solver", "native", "--dt", "0.005", "--set", "body.box=1,2,0.5"];
         self.simulate("other", &other, 0);
         let [a, b] = ["drop", "other"].map(|name| self.path(name).join("states.csv"));
         let out = self.path("pair");

@@ -13,7 +13,14 @@ use std::fs;
 #[ignore = "a browser"]
 fn small_and_floating_bodies_have_readable_pages() {
     let pages = Pages::new();
-    let side = ["--box", "0.001", "--position", "0,0,0.001", "--velocity", "0.01,0,0"];
+    let side = [
+        "--set",
+        "body.box=0.001",
+        "--set",
+        "start.position=0,0,0.001",
+        "--set",
+        "start.velocity=0.01,0,0",
+    ];
     let time = ["--dt", "1e-5", "--steps", "50", "--solver", "native"];
     let small = pages.simulate("small", &[side.as_slice(), &time].concat(), 0);
     let free = pages.simulate("free", &["--scene", "floating", "--steps", "50"], 0);
@@ -191,7 +198,9 @@ fn unusual_runs_have_working_pages() {
     let run = fs::read_to_string(points.join("run.json")).unwrap();
     let mut run: Value = serde_json::from_str(&run).unwrap();
     let corners: Vec<_> = (0..8).map(|i| [f64::from(i) - 2.0, 1.0, 1.0]).collect();
-    run["model"]["shapes"][0] = serde_json::json!({ "points": corners });
+    let body = run["model"]["bodies"][0].as_object_mut().unwrap();
+    body.remove("pieces");
+    body.insert("points".to_owned(), serde_json::json!(corners));
     run["scene"] = "</script><script>document.title = 'broken'</script>".into();
     fs::write(points.join("run.json"), run.to_string()).unwrap();
     tumble(&["view", points.join("states.csv").to_str().unwrap()], 0);

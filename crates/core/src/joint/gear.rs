@@ -16,6 +16,15 @@ pub struct GearAxis {
 }
 
 impl GearAxis {
+    /// Axis of a joint: 0, 1, 2 are translations along x, y, z; 3, 4, 5 are rotations about them.
+    pub fn new(joint: usize, axis: usize) -> Self {
+        let axis = match axis {
+            0..3 => JointAxis::Linear(axis),
+            _ => JointAxis::Angular(axis - 3),
+        };
+        Self { joint, axis }
+    }
+
     /// Coordinate q at `states` (m or rad). Angles are the nearest to the joint angles `near`.
     ///
     /// # Panics

@@ -69,7 +69,8 @@ fn slide_fault(shape: &str, noise: f64, friction: f64, seed: u64, steps: usize) 
         let (status, found) = (record.status(), record.next().velocity);
         let off = if friction > 0.0 { 0.0 } else { (found - velocity).xy().norm() };
         // NaN is not small.
-        if matches!(status, StepStatus::Failed | StepStatus::Wild) || !(off <= most) {
+        let is_near = off <= most;
+        if matches!(status, StepStatus::Failed | StepStatus::Wild) || !is_near {
             return Some(format!("step {k}, {status:?}: {found:?}, not {velocity:?}"));
         }
     }

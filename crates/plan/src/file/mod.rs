@@ -15,7 +15,6 @@ use tumble_model::fields::Numbers;
 use tumble_model::{ReadFile, shown};
 
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 /// Content of a problem file.
 pub struct ProblemFile {
@@ -94,7 +93,7 @@ impl ProblemFile {
         let text = String::from_utf8(bytes)
             .map_err(|_| bad_input(format!("scene: {} is not UTF-8 text", shown::path(&scene))))?;
         // The scene of a problem file runs in the plan only.
-        let mut scene = Scene::from_text(&text, &scene, Settings::default(), read)?;
+        let mut scene = Scene::from_text(&text, &scene, &[], read)?;
         scene.use_integrator(Integrator::Euler);
         Self::from_scene(scene, file, folder).map_err(bad_input)
     }

@@ -5,7 +5,6 @@ use crate::file::ProblemFile;
 use std::path::Path;
 use tumble_core::world::Integrator;
 use tumble_scene::scene::Scene;
-use tumble_scene::settings::Settings;
 
 const SCENE: &str = "
         time_step = 0.01
@@ -68,7 +67,7 @@ const PROBLEM: &str = "
 pub(crate) fn pushed_box(steps: usize) -> (PlanProblem, Vec<f64>) {
     let read = |_: &Path, _: u64| Ok(Vec::new());
     let path = Path::new("box.toml");
-    let mut scene = Scene::from_text(SCENE, path, Settings::default(), &read).unwrap();
+    let mut scene = Scene::from_text(SCENE, path, &[], &read).unwrap();
     scene.use_integrator(Integrator::Euler);
     let problem =
         ProblemFile::from_scene_text(scene, &PROBLEM.replace("STEPS", &steps.to_string()));

@@ -10,9 +10,8 @@ use nalgebra::Vector3;
 use tumble_core::mechanics::{Load, Polyline};
 use tumble_model::colour::Colour;
 use tumble_model::groups::GroupsModel;
-use tumble_model::parameters::LoadParameters;
 use tumble_model::shape::{ModelForm, ModelShape, PlacedForm};
-use tumble_model::{BodyModel, BodyStart, Model};
+use tumble_model::{BodyModel, Model};
 
 /// Maximum number of shapes with contacts.
 const MOST_TOUCHING: usize = 2000;
@@ -47,7 +46,7 @@ impl Assembled {
                 ));
             }
             self.bodies[place].centre = mass.centre;
-            let start = BodyStart::from_state(&self.state_of(place, motion.links()));
+            let start = self.state_of(place, motion.links());
             let share = 1.0 / self.bodies[place].parts.len() as f64;
             let held = self.held_up(place, model.gravity.into(), share);
             // The first body of a group carries its visual geometry.
@@ -84,7 +83,7 @@ impl Assembled {
                     colour: None,
                     label: None,
                     look: look.take(),
-                    start: start.clone(),
+                    start,
                     drawn: None,
                 };
                 let made = body.rigid_body(&model.shapes[index]);
@@ -106,7 +105,7 @@ impl Assembled {
 
     /// Gravity compensation as a load at the centre of the compensated mass. `share` is the body's
     /// share of the mass.
-    fn held_up(&self, place: usize, gravity: Vector3<f64>, share: f64) -> Option<LoadParameters> {
+    fn held_up(&self, place: usize, gravity: Vector3<f64>, share: f64) -> Load {
         let (mut mass, mut moment) = (0.0, Vector3::zeros());
         for (link, (_, frame)) in
             self.robot.links.iter().zip(&self.links).filter(|(_, (body, _))| *body == Some(place))
@@ -116,15 +115,12 @@ impl Assembled {
             moment += frame.point(&link.mass.centre) * held;
         }
         if mass == 0.0 {
-            return None;
+            return Load::none();
         }
-        let force = Load::new(
-            Polyline::constant(-gravity * (mass * share)).ok()?,
-            Polyline::default(),
-            moment / mass - self.bodies[place].centre,
-        )
-        .ok()?;
-        Some(LoadParameters::from_load(&force))
+        let force = Polyline::constant(-gravity * (mass * share));
+        let at = moment / mass - self.bodies[place].centre;
+        let load = force.and_then(|force| Load::new(force, Polyline::default(), at));
+        load.unwrap_or_default()
     }
 
     /// Collision shapes of a group of links, partitioned into sets with the same contact rules.

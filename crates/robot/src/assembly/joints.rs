@@ -8,9 +8,8 @@ use crate::frame::{LinkFrame, conjugated};
 use crate::joining::{Joined, drive, joined, sum_drive};
 use crate::model::{MimicJoint, RobotTie};
 use nalgebra::Vector4;
-use tumble_core::joint::Drive;
+use tumble_core::joint::{Drive, Gear, GearAxis};
 use tumble_core::simulation::JOINT_AT_THE_START;
-use tumble_model::gear::GearModel;
 use tumble_model::joint::{JointKind, JointModel};
 use tumble_model::shape::ModelPlace;
 use tumble_model::{ApartModel, Model, PartnerModel};
@@ -130,13 +129,9 @@ impl Assembled {
             let [own, other] = joints.map(|joint| self.robot.joints[joint].reference);
             let drive =
                 sum.map(|index| sum_drive(&self.robot, index, &self.controls)).transpose()?;
-            model.gears.push(GearModel {
-                joints: [first.0, second.0],
-                axes: [first.1, second.1],
-                ratio: *ratio,
-                offset: offset - own + ratio * other,
-                drive,
-            });
+            let [first, second] = [first, second].map(|(joint, axis)| GearAxis::new(joint, axis));
+            let gear = Gear::new(first, second, *ratio, offset - own + ratio * other);
+            model.gears.push(drive.map_or(gear, |drive| gear.with_drive(drive)));
         }
         Ok(())
     }

@@ -9,7 +9,6 @@ use tumble_core::geometry::Terrain;
 use tumble_core::geometry::terrain::HeightField;
 use tumble_core::world::Coefficient;
 use tumble_model::groups::GroupsModel;
-use tumble_model::parameters::plane as plane_parameters;
 use tumble_model::shape::PlacedForm;
 use tumble_model::{ApartModel, FixedModel, Model, PairModel, PartnerModel, TerrainModel};
 
@@ -53,7 +52,7 @@ impl Assembled {
                     let normal = frame.rotation().column(2).into_owned();
                     let plane = Plane::new(normal, normal.dot(&frame.position));
                     let plane = plane.map_err(|error| format!("{}: {error}", shape.at))?;
-                    model.plane = Some(plane_parameters(&plane));
+                    model.plane = Some(plane);
                     model.mu = friction_of(shape).unwrap_or(model.mu);
                     PartnerModel::Ground
                 }

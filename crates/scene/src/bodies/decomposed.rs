@@ -1,6 +1,6 @@
 //! Meshes decomposed into convex pieces while a scene is read.
 
-use super::entries::{Files, FormFields, in_mesh, read_mesh, surface};
+use super::entries::{Files, FormFields, MeshValue, in_mesh, read_mesh, surface};
 use tumble_core::geometry::MassProperties;
 use tumble_decompose::{DecompositionSettings, Fit, decompose};
 use tumble_model::shape::{ModelForm, ModelPlace, PlacedForm, SolidModel};
@@ -29,7 +29,9 @@ impl DecomposedMesh {
     ) -> Result<Self, String> {
         settings.check().map_err(|error| format!("decompose: {error}"))?;
         let name = fields.mesh.take();
-        let name = name.ok_or_else(|| "decompose: it has no meaning without `mesh`".to_owned())?;
+        let name = name.as_ref().and_then(MeshValue::file);
+        let name =
+            name.ok_or_else(|| "decompose: it has no meaning without a `mesh` file".to_owned())?;
         if fields.radius.is_some() {
             return Err("radius: it has no meaning with `decompose`; leave it out".to_owned());
         }
@@ -40,10 +42,10 @@ impl DecomposedMesh {
                 "mesh: only one shape can be given, and there is already `{other}`"
             ));
         }
-        let mesh = read_mesh(files, &name, scale)?;
-        let pieces = decompose(&mesh, settings).map_err(|error| in_mesh(files, &name, &error))?;
+        let mesh = read_mesh(files, name, scale)?;
+        let pieces = decompose(&mesh, settings).map_err(|error| in_mesh(files, name, &error))?;
         let Fit { volume_ratio, outside, .. } =
-            Fit::new(&pieces, &mesh).map_err(|error| in_mesh(files, &name, &error))?;
+            Fit::new(&pieces, &mesh).map_err(|error| in_mesh(files, name, &error))?;
         let note = (outside > ROUNDING * mesh.volume().cbrt()).then(|| {
             format!(
                 "{name}: its pieces reach up to {outside:.1e} m outside it, and their volumes add up \

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 use tumble_core::simulation::JOINT_AT_THE_START;
 use tumble_model::BodyModel;
-use tumble_model::fields::Numbers;
+use tumble_model::fields::{Exactly, Numbers};
 use tumble_model::joint::{CourseModel, JointKind, JointModel};
 use tumble_model::shape::ModelPlace;
 
@@ -25,6 +25,10 @@ pub struct DrivenEntry {
     velocity: Option<Numbers<3>>,
     spin: Option<Numbers<3>>,
     about: Option<Numbers<3>>,
+    /// Frames in the body, from its centre of mass, and in the world, as a run has them.
+    frames: Option<Exactly<ModelPlace, 2>>,
+    /// Prescribed motion of the frame in the world, as a run has it.
+    course: Option<CourseModel>,
 }
 
 #[derive(Deserialize)]
@@ -73,8 +77,25 @@ impl DrivenEntry {
         if joints.models.iter().any(|joint| joint.body == body && joint.course.is_some()) {
             return Err(format!("body: {:?} is already driven", self.body));
         }
-        self.refuse_idle()?;
         let of = &bodies[body];
+        let name = self.name.clone().unwrap_or_else(|| format!("{}-drive", of.name));
+        let joint = |frames, course| JointModel {
+            name,
+            kind: JointKind::Fixed,
+            body,
+            other: None,
+            frames,
+            length: None,
+            cone: None,
+            middle: None,
+            collide: false,
+            drives: Vec::new(),
+            course: Some(course),
+        };
+        if let (Some(frames), Some(course)) = (&self.frames, &self.course) {
+            return joints.push(joint(frames.0, course.clone()));
+        }
+        self.refuse_idle()?;
         let side = JointSide::new(Some(of));
         let (origin, attitude) = (Vector3::zeros(), ModelPlace::ORIGIN.attitude.into());
         let mut anchor = side.placed(&origin, &attitude);
@@ -83,20 +104,7 @@ impl DrivenEntry {
             anchor.anchor = about.0.into();
         }
         let (there, own) = (JointSide::new(None).to_local(&anchor), side.to_local(&anchor));
-        let name = self.name.clone().unwrap_or_else(|| format!("{}-drive", of.name));
-        let joint = JointModel {
-            name,
-            kind: JointKind::Fixed,
-            body,
-            other: None,
-            frames: [own, there],
-            length: None,
-            cone: None,
-            middle: None,
-            collide: false,
-            drives: Vec::new(),
-            course: Some(self.course(&there, start)?),
-        };
+        let joint = joint([own, there], self.course(&there, start)?);
         refuse_elsewhere(&joint, of, start)?;
         joints.push(joint)
     }
@@ -167,7 +175,7 @@ fn refuse_elsewhere(joint: &JointModel, body: &BodyModel, start: f64) -> Result<
     let [own, _] = joint.frames;
     let frames = [own.frame(), knots.at(start)];
     let there = tumble_core::joint::Joint::fixed(0, None, frames);
-    let (place, turn) = there.error(&[body.start.state()]).unwrap_or((f64::NAN, f64::NAN));
+    let (place, turn) = there.error(&[body.start]).unwrap_or((f64::NAN, f64::NAN));
     // Written so that a NaN is rejected.
     let fits = place.max(turn) <= JOINT_AT_THE_START;
     if fits {

@@ -11,6 +11,7 @@ use tumble_core::geometry::mesh::{Mesh, parse_obj, parse_stl};
 use tumble_core::geometry::smooth::USUAL_SIDES;
 use tumble_core::mechanics::quaternion::unit;
 use tumble_decompose::DecompositionSettings;
+use tumble_model::DrawnModel;
 use tumble_model::colour::{BodyLabel, Colour};
 use tumble_model::fields::{Exactly, Numbers, table_if_any};
 use tumble_model::shape::{ModelForm, ModelPlace};
@@ -33,7 +34,7 @@ macro_rules! with_form {
             pub cone: Option<ConeTable>,
             pub ellipsoid: Option<Numbers<3>>,
             pub hull: Option<Vec<Numbers<3>>>,
-            pub mesh: Option<String>,
+            pub mesh: Option<MeshValue>,
             pub scale: Option<f64>,
             pub radius: Option<f64>,
             pub sides: Option<usize>,
@@ -62,6 +63,7 @@ macro_rules! with_form {
 }
 
 with_coefficients!(with_form, f64, BodyEntry, "a table [[bodies]]" {
+    shape: Option<String>,
     points: Option<Vec<Numbers<3>>>,
     point_mass: Option<bool>,
     pieces: Option<Vec<PieceEntry>>,
@@ -89,7 +91,8 @@ with_coefficients!(with_form, f64, BodyEntry, "a table [[bodies]]" {
     load: Option<LoadTable>,
     colour: Option<Colour>,
     label: Option<BodyLabel>,
-    look: Option<Vec<LookEntry>>,
+    drawn: Option<DrawnModel>,
+    look: Option<LookValue>,
     #[serde(default, deserialize_with = "table_if_any")]
     decompose: Option<DecompositionSettings>,
 });
@@ -123,8 +126,31 @@ with_form!(LookEntry, "a piece, or { surface = { vertices = …, triangles = …
     attitude: Option<AttitudeEntry>,
 });
 
-/// Visual triangles, which need not form a closed surface.
+/// Visual shape of a body: that of another body, or parts.
 #[derive(Deserialize)]
+#[serde(untagged, expecting = "the name of a body, or a list of parts, is needed")]
+pub enum LookValue {
+    Of(String),
+    Parts(Vec<LookEntry>),
+}
+
+/// Mesh: the name of a file, or triangles.
+#[derive(Clone, Deserialize)]
+#[serde(untagged, expecting = "a file name, or { vertices = …, triangles = … }, is needed")]
+pub enum MeshValue {
+    File(String),
+    Own(SurfaceTable),
+}
+
+impl MeshValue {
+    /// Name of the file.
+    pub fn file(&self) -> Option<&String> {
+        if let Self::File(name) = self { Some(name) } else { None }
+    }
+}
+
+/// Triangles, which need not form a closed surface where they are only visual.
+#[derive(Clone, Deserialize)]
 #[serde(
     deny_unknown_fields,
     expecting = "{ vertices = [[x, y, z], …], triangles = [[i, j, k], …] }"
@@ -140,8 +166,8 @@ pub struct SurfaceTable {
 const MOST_TRIANGLES: usize = 200_000;
 
 impl SurfaceTable {
-    /// Checks the surface and converts it to a form.
-    pub fn form(self) -> Result<ModelForm, String> {
+    /// Checks the surface and converts it to a form with this rounding radius (m).
+    pub fn form(self, radius: f64) -> Result<ModelForm, String> {
         let vertices = plain(self.vertices);
         let triangles: Vec<_> = self.triangles.into_iter().map(|three| three.0).collect();
         if !(1..=MOST_TRIANGLES).contains(&triangles.len()) {
@@ -159,7 +185,7 @@ impl SurfaceTable {
                 "triangles: vertex {invalid} does not exist; there are {count} vertices"
             ));
         }
-        Ok(ModelForm::Mesh { vertices, triangles, radius: 0.0, colour: self.colour })
+        Ok(ModelForm::Mesh { vertices, triangles, radius, colour: self.colour })
     }
 }
 
@@ -221,6 +247,15 @@ pub enum AttitudeEntry {
     Quaternion(Numbers<4>),
     /// Rotation about an axis.
     About(AxisTable),
+    /// Unit quaternion that keeps its bits.
+    Exactly(ExactTable),
+}
+
+/// Unit quaternion w, x, y, z as a run had it.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExactTable {
+    exactly: Numbers<4>,
 }
 
 /// Rotation about an axis.
@@ -252,6 +287,11 @@ impl AttitudeEntry {
                 }
             }
             Self::About(AxisTable { axis, degrees }) => turn(&axis.0, *degrees).map(Some),
+            Self::Exactly(ExactTable { exactly }) => {
+                let is_unit = (nalgebra::Vector4::from(exactly.0).norm() - 1.0).abs() <= 1e-9;
+                let why = || "exactly: a unit quaternion w, x, y, z is needed".to_owned();
+                is_unit.then_some(Some(exactly.0)).ok_or_else(why)
+            }
         }
     }
 }
@@ -293,7 +333,7 @@ pub struct FormFields {
     cone: Option<ConeTable>,
     ellipsoid: Option<Numbers<3>>,
     hull: Option<Vec<Numbers<3>>>,
-    pub mesh: Option<String>,
+    pub mesh: Option<MeshValue>,
     pub scale: Option<f64>,
     pub radius: Option<f64>,
     sides: Option<usize>,
@@ -327,8 +367,17 @@ impl FormFields {
         let ellipsoid = |half: Numbers<3>| ModelForm::Ellipsoid { half_axes: half.0, sides };
         forms.extend(self.ellipsoid.map(ellipsoid));
         forms.extend(self.hull.map(|points| ModelForm::Hull { points: plain(points), radius }));
-        if let Some(name) = &self.mesh {
-            forms.push(mesh(files, name, self.scale.unwrap_or(1.0), radius)?);
+        match self.mesh {
+            Some(MeshValue::File(name)) => {
+                forms.push(mesh(files, &name, self.scale.unwrap_or(1.0), radius)?);
+            }
+            Some(MeshValue::Own(_)) if self.scale.is_some() => {
+                return Err("scale: it has no meaning without a mesh file".to_owned());
+            }
+            Some(MeshValue::Own(own)) => {
+                forms.push(own.form(radius).map_err(|why| format!("mesh.{why}"))?);
+            }
+            None => {}
         }
         let form = forms.pop();
         match (forms.first(), &form) {

@@ -2,8 +2,7 @@
 
 use super::joints::{DriveEntry, JointEntries, MotorFields};
 use serde::Deserialize;
-use tumble_core::joint::Drive;
-use tumble_model::gear::GearModel;
+use tumble_core::joint::{Drive, Gear, GearAxis};
 
 /// Maximum number of gears of a scene.
 const MOST_GEARS: usize = 10_000;
@@ -26,7 +25,7 @@ impl GearEntry {
     }
 
     /// Gear between two of `joints`; `others` is the number of earlier gears.
-    pub fn model(&self, joints: &JointEntries, others: usize) -> Result<GearModel, String> {
+    pub fn model(&self, joints: &JointEntries, others: usize) -> Result<Gear, String> {
         if others >= MOST_GEARS {
             return Err(format!("joints: there are more than {MOST_GEARS} gears"));
         }
@@ -46,13 +45,10 @@ impl GearEntry {
             Ok::<_, String>((joint, axis))
         };
         let (first, second) = (found(first, axes[0])?, found(second, axes[1])?);
-        Ok(GearModel {
-            joints: [first.0, second.0],
-            axes: [first.1, second.1],
-            ratio: self.ratio.unwrap_or(1.0),
-            offset: self.offset.unwrap_or(0.0),
-            drive: self.drive()?,
-        })
+        let [first, second] = [first, second].map(|(joint, axis)| GearAxis::new(joint, axis));
+        let (ratio, offset) = (self.ratio.unwrap_or(1.0), self.offset.unwrap_or(0.0));
+        let gear = Gear::new(first, second, ratio, offset);
+        Ok(self.drive()?.map_or(gear, |drive| gear.with_drive(drive)))
     }
 
     /// Drive of a gear without a rigid constraint.

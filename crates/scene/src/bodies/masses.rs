@@ -1,7 +1,7 @@
 //! Mass, inertia and centre of mass of a body, given explicitly or computed from its shape.
 
+use super::build::of_field;
 use super::entries::BodyEntry;
-use super::refused::field_of;
 use crate::tables::InertiaValue;
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::geometry::{Aabb, Hint, PairScratch, Piece, overlap};
@@ -22,7 +22,7 @@ fn refuse_overlapping_pieces(shape: &ModelShape, entry: &BodyEntry) -> Result<()
     if entry.mass.is_some() && entry.centre.is_some() && is_given {
         return Ok(());
     }
-    let pieces = shape.pieces().map_err(|error| field_of(&error))?;
+    let pieces = shape.pieces().map_err(|error| of_field(&error))?;
     let here = Pose { position: Vector3::zeros(), rotation: Matrix3::identity() };
     let size = |piece: &Piece| piece.core().reach() + piece.radius();
     let mut scratch = PairScratch::default();
@@ -64,11 +64,13 @@ pub fn mass_properties(
     solid: Option<SolidModel>,
     entry: &BodyEntry,
 ) -> Result<(f64, Matrix3<f64>, Vector3<f64>), String> {
-    let solid = if solid.is_some() {
+    let has_numbers = entry.inertia.as_ref().is_some_and(|inertia| inertia.matrix().is_some());
+    let has_centre = entry.centre.is_some() || matches!(shape, ModelShape::Points(_));
+    let solid = if solid.is_some() || (entry.mass.is_some() && has_numbers && has_centre) {
         solid
     } else {
         refuse_overlapping_pieces(shape, entry)?;
-        shape.solid().map_err(|error| field_of(&error))?
+        shape.solid().map_err(|error| of_field(&error))?
     };
     let mass = match (entry.mass, entry.density, &solid) {
         (Some(mass), None, _) => mass,

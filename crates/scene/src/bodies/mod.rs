@@ -8,7 +8,7 @@
 //!    [`World`](tumble_core::world::World).
 //! 3. The initial state is checked: loads, heights, overlaps, joints and gears.
 
-mod build;
+pub mod build;
 mod copies;
 mod decomposed;
 pub mod driven;
@@ -16,106 +16,71 @@ pub mod entries;
 pub mod gears;
 pub mod joints;
 pub mod masses;
-mod refused;
 pub mod robots;
-pub mod scene_entries;
 pub mod terrain;
 
+use super::document::Document;
 use super::scene::Scene;
-use super::settings::{Settings, USUAL_SEED};
-use super::solver_choice::{self, SolverChoice};
+use super::solver_choice::SolverChoice;
 use build::BuiltScene;
 use entries::{BodyEntry, Files, PieceEntry};
-use scene_entries::SceneEntries;
 use tumble_core::error::Error;
 use tumble_core::geometry::Piece;
 use tumble_core::mechanics::load::Polyline;
-use tumble_core::world::{Impacts, Integrator};
-use tumble_model::failure::{Failure, refuse_flags};
+use tumble_model::failure::Failure;
 
-/// Makes the scene of a scenario file from its `settings` and its tables `entries`.
-///
-/// The settings are those of the file, overridden by the flags of the command line. `floats` is true
-/// without a table `[ground]`. `files` reads mesh files.
+/// Makes the scene of a `document`. `files` reads mesh files.
 ///
 /// # Errors
 /// The first invalid value.
-pub fn scene(
-    name: String,
-    floats: bool,
-    settings: &Settings,
-    entries: SceneEntries,
-    files: Files<'_>,
-) -> Result<Scene, Failure> {
-    let built = build::build(entries, settings, files).map_err(Failure::Input)?;
+pub fn scene(name: String, mut document: Document, files: Files<'_>) -> Result<Scene, Failure> {
+    let built = build::build(&mut document, files).map_err(Failure::Input)?;
     let model = &built.model;
     let is_alone = model.bodies.len() == 1 && model.fixed.is_empty() && model.terrains.is_empty();
-    if floats && !(is_alone && model.joints.is_empty()) {
-        let why = "ground: a table [ground] is needed; set `none = true` in it for no ground, with \
+    if document.ground.is_none() && !(is_alone && model.joints.is_empty()) {
+        let why = "a table [ground] is needed; set `none = true` in it for no ground, with \
                    `friction` for all bodies";
-        return Err(Failure::Input(why.to_owned()));
+        return Err(Failure::setting("ground", why));
     }
-    scene_from_built(name, floats, settings, built)
+    scene_from_built(name, &document, built)
 }
 
-/// Makes the scene of a single robot file.
+/// Makes the scene of a single robot file, whose settings are those of `document`.
 ///
 /// # Errors
 /// The first invalid value.
 pub fn scene_from_robot(
     name: String,
-    settings: &Settings,
+    document: &Document,
     robot: &tumble_robot::model::Robot,
 ) -> Result<Scene, Failure> {
-    let built = robots::alone(robot, settings).map_err(Failure::Input)?;
-    scene_from_built(name, false, settings, built)
+    let built = robots::alone(robot, document).map_err(Failure::Input)?;
+    scene_from_built(name, document, built)
 }
 
 /// Makes the scene of a built model and checks its initial state.
 fn scene_from_built(
     name: String,
-    floats: bool,
-    settings: &Settings,
+    document: &Document,
     mut built: BuiltScene,
 ) -> Result<Scene, Failure> {
     let world = tumble_robot::settled(&mut built.model, &mut built.robots)?;
     let BuiltScene { model, drawn, robots, notes } = built;
-    let is_located = settings.impacts == Some(Impacts::Located);
-    let substeps = [("accuracy", settings.accuracy.is_some()), ("impacts", is_located)];
-    if settings.accuracy.is_some() && settings.impacts == Some(Impacts::Stepped) {
-        let why = "a run with an accuracy has located impacts; leave out impacts, or the accuracy";
-        return Err(Failure::setting("impacts", why));
-    }
-    let given = substeps.into_iter().find(|(_, given)| *given);
-    if let (Some((name, _)), Integrator::Euler) = (given, settings.integrator()) {
-        let why = "substeps need integrator = \"leapfrog\"; this scene has \"euler\"";
-        return Err(Failure::setting(name, why));
-    }
-    let contact = (!floats).then(|| SolverChoice::new(&settings.solver)).transpose()?;
+    let (solver, floats) = (document.solver(), document.ground.is_none());
+    let contact = (!floats).then(|| SolverChoice::new(&solver)).transpose()?;
     if let Some(contact) = &contact {
         // Reports a solver that does not support this world before any file is written.
         contact.solver(&world)?;
     }
     let scene = Scene {
-        name,
-        changed: Vec::new(),
-        seed: settings.seed.unwrap_or(USUAL_SEED),
+        seed: document.seed(),
         drawn,
-        start_index: settings.start_index.unwrap_or(0),
-        rows: settings.steps.ok_or_else(|| Failure::needed("steps"))?,
-        substeps: 1,
-        world,
-        courses: model.courses()?,
-        starts: model.states(),
-        loads: model.loads()?,
-        bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
-        fixed: model.fixed_names().cloned().collect(),
-        joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
-        contact,
+        start_index: document.start_index,
+        rows: document.steps,
         robots,
         file_notes: notes,
-        model,
-        trajectory: settings.solver.preset.is_some(),
+        trajectory: solver.preset.is_some(),
+        ..Scene::from_model(name, model, world, contact)?
     };
     (0..scene.bodies.len()).try_for_each(|index| refuse_violent_load(&scene, index))?;
     refuse_violent_start(&scene)?;
@@ -174,8 +139,9 @@ fn refuse_violent_load(scene: &Scene, index: usize) -> Result<(), Failure> {
     let Some((unit, gained)) = gained.into_iter().find(|(_, gained)| *gained > MOST_GAINED) else {
         return Ok(());
     };
+    let is_turned = unit == "rad/s" && torque > 0.0;
     Err(Failure::setting(
-        "force or torque",
+        if is_turned { "load.torque" } else { "load.force" },
         format!(
             "one step of the load of {} would change its velocity by {gained:.1e} {unit}; allowed: \
              up to {MOST_GAINED:e} {unit}",
@@ -202,20 +168,4 @@ fn refuse_violent_start(scene: &Scene) -> Result<(), Failure> {
             _ => Failure::Input(format!("joints: {why}")),
         }
     })
-}
-
-/// Rejects settings that only affect contact, for a body that floats.
-pub fn refuse_contact_settings(settings: &Settings) -> Result<(), Failure> {
-    let mut flags = vec![
-        ("--rotation", settings.rotation.is_some()),
-        ("--integrator", settings.integrator.is_some()),
-        ("--accuracy", settings.accuracy.is_some()),
-        ("--impacts", settings.impacts.is_some()),
-        ("--mu", settings.mu.is_some()),
-        ("--restitution", settings.restitution.is_some()),
-        ("--rebound-speed", settings.rebound_speed.is_some()),
-        ("--preset", settings.solver.preset.is_some()),
-    ];
-    flags.extend(solver_choice::solver_flags(&settings.solver));
-    refuse_flags("a floating body, which has no contact", &flags)
 }

@@ -3,13 +3,14 @@
 use super::build::{BuiltScene, empty_model};
 use super::copies::MOST_BODIES;
 use super::entries::{AttitudeEntry, Files};
-use crate::settings::{RobotSettings, Settings};
+use crate::document::Document;
+use crate::settings::RobotSettings;
+use crate::tables::GroundTable;
 use nalgebra::Vector3;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
 use tumble_core::geometry::smooth::USUAL_SIDES;
-use tumble_core::mechanics::Rotation;
 use tumble_core::world::Plane;
 use tumble_model::Model;
 use tumble_model::failure::Failure;
@@ -98,19 +99,14 @@ impl RobotEntry {
     }
 }
 
-/// Settings of a scene of a single robot file: those of the file, with level ground if it has no
-/// world.
-pub fn settings_of(robot: &Robot) -> Settings {
+/// Document without bodies for a single robot file: its settings, with level ground if it has no world.
+pub fn document_of(robot: &Robot) -> String {
     let options = &robot.options;
-    Settings {
-        steps: Some(1000),
-        dt: Some(options.time_step),
-        gravity: Some(options.gravity),
-        rotation: Some(Rotation::Momentum),
-        mu: Some(USUAL_FRICTION),
-        plane: (!options.has_world).then(Plane::default),
-        ..Settings::default()
-    }
+    let gravity = <[f64; 3]>::from(options.gravity);
+    format!(
+        "time_step = {:?}\ngravity = {gravity:?}\n[ground]\nfriction = {USUAL_FRICTION:?}\nnone = {}\n",
+        options.time_step, options.has_world
+    )
 }
 
 /// Parses a robot file with the given import settings. Returns the robot and the name of the scene.
@@ -140,9 +136,9 @@ pub fn read_alone(
 
 /// Model of a single robot file. A floating robot without a ground in its file is placed on the
 /// ground.
-pub fn alone(robot: &Robot, settings: &Settings) -> Result<BuiltScene, String> {
+pub fn alone(robot: &Robot, document: &Document) -> Result<BuiltScene, String> {
     let mut placing = Placing { has_ground: robot.options.has_world, ..Placing::default() };
-    let empty = || empty_model(settings, USUAL_FRICTION);
+    let empty = || empty_model(document);
     if robot.joints.is_empty() {
         let remedy = if robot.options.has_world {
             "add a <freejoint/> or a joint"
@@ -153,15 +149,16 @@ pub fn alone(robot: &Robot, settings: &Settings) -> Result<BuiltScene, String> {
             "nothing in it can move; {remedy}, or use it with other bodies by [[robots]]"
         ));
     }
-    let mut model = empty();
+    let mut model = empty()?;
     let mut assembled = Assembled::new(robot.clone(), &placing, &mut model)?;
-    if let Some(plane) = settings.plane.as_ref().filter(|_| !robot.options.has_world) {
+    let plane = document.ground.as_ref().map_or(Ok(None), GroundTable::plane)?;
+    if let Some(plane) = &plane {
         let lowest = lowest(&model, plane)?;
         let flies = robot.joints_of(1).iter().any(|joint| joint.moves == Moves::Free);
         // A robot fixed to the world keeps its place unless it would be below the ground.
         let lowest = if flies { lowest } else { lowest.min(0.0) };
         placing.frame.position -= plane.normal() * lowest;
-        model = empty();
+        model = empty()?;
         assembled = Assembled::new(robot.clone(), &placing, &mut model)?;
     }
     Ok(BuiltScene { model, drawn: false, robots: vec![assembled], notes: Vec::new() })
@@ -172,7 +169,7 @@ fn lowest(model: &Model, plane: &Plane) -> Result<f64, String> {
     let mut lowest = f64::INFINITY;
     for body in model.bodies.iter().filter(|body| body.touches) {
         let made = body.rigid_body(&model.shapes[body.shape]).map_err(|error| error.to_string())?;
-        let pose = body.start.state().pose();
+        let pose = body.start.pose();
         for point in made.contact_points() {
             let at: Vector3<f64> = pose.position + pose.rotation * point.position;
             let normal = pose.rotation.tr_mul(plane.normal());

@@ -10,8 +10,9 @@ use tumble_core::geometry::Terrain;
 use tumble_core::geometry::mesh::{facets_of_obj, facets_of_stl};
 use tumble_core::geometry::terrain::{HeightField, Surface};
 use tumble_core::mechanics::quaternion::rotation;
-use tumble_model::fields::{Exactly, Numbers, table_if_any};
+use tumble_model::fields::{Exactly, Numbers, matrix, table_if_any};
 use tumble_model::heights::HeightGrid;
+use tumble_model::packed::{unpack_floats, unpack_indices};
 use tumble_model::shown;
 
 /// Maximum size of a file of heights or triangles (bytes).
@@ -28,6 +29,8 @@ with_coefficients!(table, f64, TerrainEntry, "a table [[terrain]]" {
     /// Place of the first height, instead of the middle of the field.
     corner: Option<Numbers<3>>,
     attitude: Option<AttitudeEntry>,
+    /// Rows of the rotation matrix, as a run has it.
+    turned: Option<Exactly<Numbers<3>, 3>>,
     pub name: Option<String>,
     pub friction: Option<f64>,
     pub groups: Option<Vec<String>>,
@@ -68,20 +71,59 @@ enum SpacingEntry {
     expecting = "{ vertices = [[x, y, z], …], triangles = [[i, j, k], …] }"
 )]
 struct TrianglesTable {
-    vertices: Vec<Numbers<3>>,
-    triangles: Vec<Exactly<u32, 3>>,
+    vertices: VerticesEntry,
+    triangles: TrianglesEntry,
+}
+
+/// Vertices (m), or packed numbers of 8 bytes.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "a list of [x, y, z] is needed")]
+enum VerticesEntry {
+    Packed(String),
+    List(Vec<Numbers<3>>),
+}
+
+/// Indices of vertices, or packed numbers of 4 bytes.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "a list of [i, j, k] is needed")]
+enum TrianglesEntry {
+    Packed(String),
+    List(Vec<Exactly<u32, 3>>),
+}
+
+impl TrianglesTable {
+    fn vertices(&self) -> Result<Vec<Vector3<f64>>, String> {
+        match &self.vertices {
+            VerticesEntry::List(list) => Ok(list.iter().map(|at| at.0.into()).collect()),
+            VerticesEntry::Packed(text) => {
+                let numbers = unpack_floats(text).map_err(|why| format!("vertices: {why}"))?;
+                Ok(numbers.as_chunks::<3>().0.iter().copied().map(Vector3::from).collect())
+            }
+        }
+    }
+
+    fn triangles(&self) -> Result<Vec<[u32; 3]>, String> {
+        match &self.triangles {
+            TrianglesEntry::List(list) => Ok(list.iter().map(|three| three.0).collect()),
+            TrianglesEntry::Packed(text) => {
+                let numbers = unpack_indices(text).map_err(|why| format!("triangles: {why}"))?;
+                Ok(numbers.as_chunks::<3>().0.to_vec())
+            }
+        }
+    }
 }
 
 impl TerrainEntry {
     /// Makes the terrain. The sentence of an error begins with the field.
     pub fn terrain(&self, files: &Files<'_>) -> Result<Arc<Terrain>, String> {
+        let exact = self.turned.as_ref().map(matrix);
         let turn = match self.attitude.as_ref().map(AttitudeEntry::quaternion).transpose() {
             Err(why) => return Err(format!("attitude: {why}")),
             Ok(Some(None)) => {
                 return Err("attitude: a terrain cannot be turned at random; give numbers".into());
             }
             Ok(Some(Some(quaternion))) => rotation(&quaternion.into()),
-            Ok(None) => Matrix3::identity(),
+            Ok(None) => exact.unwrap_or_else(Matrix3::identity),
         };
         if self.corner.is_some() && (self.position.is_some() || self.heights.is_none()) {
             return Err("corner: it is for `heights`, instead of `position`".to_owned());
@@ -106,9 +148,10 @@ impl TerrainEntry {
                 mesh.map(Terrain::from).map_err(|error| in_mesh(files, name, &error))?
             }
             (None, None, Some(table)) => {
-                let vertices = table.vertices.iter().map(|at| Vector3::from(at.0) * scale);
-                let triangles = table.triangles.iter().map(|three| three.0).collect();
-                let mesh = Surface::new(vertices.collect(), triangles);
+                let named = |why| format!("surface.{why}");
+                let vertices = table.vertices().map_err(named)?;
+                let triangles = table.triangles().map_err(named)?;
+                let mesh = Surface::new(vertices.iter().map(|at| at * scale).collect(), triangles);
                 let mesh = mesh.and_then(|mesh| mesh.moved_by(&turn, &place));
                 mesh.map(Terrain::from).map_err(|error| format!("surface: {error}"))?
             }

@@ -12,6 +12,7 @@ use super::row_counts::RowCounts;
 use super::row_selection::RowSelection;
 use super::scene::Scene;
 use super::solver_choice::{IPOPT_VERSION, SolverChoice};
+use super::written;
 use crate::output::tables::IntervalRows;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -42,6 +43,8 @@ pub struct RunEnd<'a> {
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(expecting = "an object with the fields of a run.json")]
 pub struct RunFile {
+    /// Version of the format, [`FORMAT`].
+    format: u32,
     /// Outcome: `complete`, or with fewer rows than requested `interrupted` (Ctrl-C) or `stopped`
     /// (an unsolved step under --on-failure stop).
     pub outcome: String,
@@ -74,7 +77,8 @@ pub struct RunFile {
     /// True if the run also writes trajectory.csv.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub trajectory: bool,
-    /// Bodies, fixed pieces, constants and initial states.
+    /// Bodies, fixed pieces, constants and initial states, written as a scenario without files.
+    #[serde(serialize_with = "reading::write_model", deserialize_with = "reading::read_model")]
     pub model: Model,
     /// Selection of rows in the files.
     #[serde(default, skip_serializing_if = "RowSelection::is_all")]
@@ -196,6 +200,9 @@ impl SummaryFile {
     }
 }
 
+/// Version of the format. Files without one have the first.
+pub const FORMAT: u32 = 2;
+
 /// Maximum size of a run.json (bytes).
 pub const LARGEST_FILE: u64 = 1 << 28;
 
@@ -209,6 +216,7 @@ impl RunFile {
         let mut model = scene.model.clone();
         model.drop_draws_unless_from(scene.seed);
         Ok(Self {
+            format: FORMAT,
             outcome: run.outcome.to_owned(),
             tumble_version: env!("CARGO_PKG_VERSION").to_owned(),
             ipopt_version: IPOPT_VERSION.to_owned(),
@@ -340,7 +348,7 @@ fn json(value: &impl Serialize) -> Result<String, Failure> {
 pub fn refuse_large(model: &Model) -> Result<(), Failure> {
     /// Allowance for the rest of the file (bytes).
     const REST: u64 = 1 << 16;
-    let length = json(model)?.len() as u64;
+    let length = json(&written::document_of(model, false)?)?.len() as u64;
     if length + REST <= LARGEST_FILE {
         return Ok(());
     }

@@ -1,10 +1,37 @@
 //! Parser of run.json.
 
 use super::checksums::{Seal, seal_of};
-use super::{Failure, RunFile};
+use super::{FORMAT, Failure, RunFile};
+use crate::document::Document;
+use crate::written;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::ffi::OsStr;
 use std::path::Path;
-use tumble_model::{fields, shown};
+use tumble_model::{Model, fields, shown};
+
+/// Format of a file, which any version can read.
+#[derive(Deserialize)]
+struct FileFormat {
+    #[serde(default = "first")]
+    format: u32,
+    tumble_version: Option<String>,
+}
+
+fn first() -> u32 {
+    1
+}
+
+/// Writes a model as a document.
+pub(super) fn write_model<S: Serializer>(model: &Model, serializer: S) -> Result<S::Ok, S::Error> {
+    let document = written::document_of(model, false).map_err(serde::ser::Error::custom)?;
+    document.serialize(serializer)
+}
+
+/// Reads a document that has no files.
+pub(super) fn read_model<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Model, D::Error> {
+    let document = Document::deserialize(deserializer)?;
+    document.model().map_err(serde::de::Error::custom)
+}
 
 /// Maximum length of a name or word (characters).
 const LONGEST_WORD: usize = 80;
@@ -18,7 +45,21 @@ impl RunFile {
         let invalid = |why: &dyn std::fmt::Display| {
             Failure::Input(format!("{} is not a run.json: {why}", shown::path(path)))
         };
-        let mut file: Self = fields::json(text).map_err(|why| invalid(&why))?;
+        if let Ok(FileFormat { format, tumble_version }) = serde_json::from_str(text)
+            && format != FORMAT
+        {
+            let of = tumble_version.map(|version| format!(" of tumble {version}"));
+            return Err(invalid(&format!(
+                "its format{} is {format}, and this tumble reads format {FORMAT}; run the scene again",
+                shown::line(&of.unwrap_or_default())
+            )));
+        }
+        let mut file: Self =
+            fields::json(text).map_err(|why| match why.strip_prefix("model: ") {
+                // The model's own error begins with a field.
+                Some(why) => invalid(&format!("model.{why}")),
+                None => invalid(&why),
+            })?;
         file.seal = seal_of(text);
         if let Some(field) = file.missing() {
             return Err(invalid(&format!("missing field `{field}`")));

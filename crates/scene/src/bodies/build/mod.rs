@@ -9,32 +9,32 @@ use super::copies::{Copied, MOST_BODIES, MOST_FIXED, copies, name_of};
 use super::decomposed::DecomposedMesh;
 use super::driven::SurfaceEntry;
 use super::entries::{
-    AttitudeEntry, BodyEntry, Files, FixedEntry, Jitter, LookEntry, PieceEntry, SurfaceTable, plain,
+    AttitudeEntry, BodyEntry, Files, FixedEntry, Jitter, LookEntry, LookValue, MeshValue,
+    PieceEntry, plain,
 };
 use super::joints::JointEntries;
 use super::masses::{MILLIMETRES, mass_properties, size_of_large_part};
-use super::refused::field_of;
-use super::scene_entries::SceneEntries;
 use super::terrain::TerrainEntry;
 use crate::choices::StartFrame;
-use crate::settings::{Settings, USUAL_SEED};
-use crate::tables::{LoadTable, Random};
+use crate::coefficients::Each;
+use crate::document::{BODY, Document, USUAL_SEED};
+use crate::tables::{GroundTable, LoadTable, Random};
 use nalgebra::{SVector, Vector3};
 use names::Named;
 use std::collections::BTreeMap;
-use tumble_core::contact::Plane;
-use tumble_core::mechanics::{Rotation, State};
+use tumble_core::error::Error;
+use tumble_core::mechanics::State;
 use tumble_core::simulation::random::Draws;
 use tumble_core::world::Coefficient;
 use tumble_decompose::DecompositionSettings;
+use tumble_model::failure::field_of;
 use tumble_model::fields::Numbers;
-use tumble_model::parameters::LoadParameters;
-use tumble_model::parameters::plane as plane_parameters;
+use tumble_model::groups::GroupsModel;
 use tumble_model::shape::{ModelForm, ModelPlace, ModelShape, PlacedForm};
 use tumble_model::shown::{self, checked_name};
 use tumble_model::{
-    ApartModel, BodyModel, BodyStart, CoefficientsModel, FixedModel, Model, PartnerModel,
-    SurfaceModel, TerrainModel,
+    ApartModel, BodyModel, CoefficientsModel, FixedModel, Model, PartnerModel, SurfaceModel,
+    TerrainModel,
 };
 use tumble_model::{DrawnModel, state_at};
 
@@ -53,25 +53,28 @@ pub struct BuiltScene {
     pub notes: Vec<String>,
 }
 
-/// Model with these settings and without bodies. `mu` is the default coefficient of friction.
-pub fn empty_model(settings: &Settings, mu: f64) -> Model {
-    let coefficients = Coefficient::ALL.into_iter().zip(settings.coefficients);
-    let of_world = |(of, world): (Coefficient, Option<f64>)| {
+/// Model with the settings of `document` and without bodies.
+pub fn empty_model(document: &Document) -> Result<Model, String> {
+    let ground = document.ground.as_ref();
+    let coefficients = ground.map(GroundTable::coefficients).unwrap_or_default();
+    let of_world = |(of, world): (Coefficient, Option<&f64>)| {
+        let world = world.copied();
         world.is_some().then(|| (of, CoefficientsModel { world, ..CoefficientsModel::default() }))
     };
-    Model {
-        dt: settings.dt.unwrap_or_default(),
-        rotation: settings.rotation.unwrap_or(Rotation::Momentum),
-        integrator: settings.integrator(),
-        accuracy: settings.accuracy,
-        impacts: settings.impacts.unwrap_or_default(),
-        gravity: settings.gravity.unwrap_or_default().into(),
-        mu: settings.mu.unwrap_or(mu),
-        coefficients: coefficients.filter_map(of_world).collect(),
-        stick_speed: settings.stick_speed.clone(),
-        restitution: settings.restitution.unwrap_or_default(),
-        rebound_speed: settings.rebound_speed,
-        plane: settings.plane.as_ref().map(plane_parameters),
+    let plane = ground.map_or(Ok(None), GroundTable::plane)?;
+    Ok(Model {
+        dt: document.time_step,
+        rotation: document.rotation(),
+        integrator: document.integrator(),
+        accuracy: document.accuracy,
+        impacts: document.impacts.unwrap_or_default(),
+        gravity: document.gravity.vector().into(),
+        mu: ground.map_or(0.0, |ground| ground.friction),
+        coefficients: Coefficient::ALL.into_iter().zip(coefficients).filter_map(of_world).collect(),
+        stick_speed: ground.and_then(|ground| ground.stick_speed.clone()),
+        restitution: ground.and_then(|ground| ground.restitution).unwrap_or_default(),
+        rebound_speed: ground.and_then(|ground| ground.rebound_speed),
+        plane,
         shapes: Vec::new(),
         looks: Vec::new(),
         bodies: Vec::new(),
@@ -84,33 +87,36 @@ pub fn empty_model(settings: &Settings, mu: f64) -> Model {
         surfaces: Vec::new(),
         apart: Vec::new(),
         groups: Vec::new(),
-    }
+    })
 }
 
-/// Converts the tables to a model. `settings` are complete except for the bodies.
-pub fn build(
-    file: SceneEntries,
-    settings: &Settings,
-    files: Files<'_>,
-) -> Result<BuiltScene, String> {
-    let (seed, model) = (settings.seed.unwrap_or(USUAL_SEED), empty_model(settings, 0.0));
-    let mut builder = Builder::new(files, settings.plane.clone(), seed, model);
-    if file.bodies.is_empty() && file.robots.is_empty() {
+/// Converts the tables of `file` to a model, and takes them.
+pub fn build(file: &mut Document, files: Files<'_>) -> Result<BuiltScene, String> {
+    let model = empty_model(file)?;
+    let mut builder = Builder::new(files, file.seed(), model);
+    let groups =
+        GroupsModel { members: file.groups.take().unwrap_or_default(), ..GroupsModel::default() };
+    builder.model.add_groups(&groups)?;
+    let short = file.body.take().zip(file.start.take());
+    if let Some((body, start)) = short {
+        builder.add_bodies(BODY, body.entry(start, file.load.take()))?;
+    } else if file.bodies.as_ref().is_none_or(Vec::is_empty)
+        && file.robots.as_ref().is_none_or(Vec::is_empty)
+    {
         return Err("bodies: at least one table [[bodies]] is needed".to_owned());
     }
-    for (index, entry) in file.bodies.into_iter().enumerate() {
-        let at = if file.at.is_empty() { format!("bodies[{index}]") } else { file.at.to_owned() };
-        builder.add_bodies(&at, entry)?;
+    for (index, entry) in file.bodies.take().into_iter().flatten().enumerate() {
+        builder.add_bodies(&format!("bodies[{index}]"), entry)?;
     }
-    for (index, entry) in file.fixed.into_iter().enumerate() {
+    for (index, entry) in file.fixed.take().into_iter().flatten().enumerate() {
         builder.add_fixed(&format!("fixed[{index}]"), entry)?;
     }
-    for (index, entry) in file.terrain.into_iter().enumerate() {
+    for (index, entry) in file.terrain.take().into_iter().flatten().enumerate() {
         let named = |why: String| format!("terrain[{index}].{why}");
         builder.add_terrain(index, entry).map_err(named)?;
     }
     let mut robots = Vec::new();
-    for (index, entry) in file.robots.iter().enumerate() {
+    for (index, entry) in file.robots.iter().flatten().enumerate() {
         let named = |why: String| format!("robots[{index}].{why}");
         let is_taken = |robot: &tumble_robot::Assembled| robot.prefix() == entry.prefix();
         if robots.iter().any(is_taken) {
@@ -133,39 +139,43 @@ pub fn build(
     builder.refuse_equal_names()?;
     builder.refuse_unknown_groups()?;
     builder.name_links(&robots);
-    builder.model.frictions.extend(builder.coefficients("friction", &file.friction, 10.0)?);
-    for (of, entries) in Coefficient::ALL.into_iter().zip(&file.coefficients) {
-        let pairs = builder.coefficients(of.name(), entries, 10.0)?;
+    builder.model.frictions.extend(builder.coefficients(
+        "friction",
+        file.friction.as_deref(),
+        10.0,
+    )?);
+    for (of, entries) in Coefficient::ALL.into_iter().zip(file.coefficients()) {
+        let pairs = builder.coefficients(of.name(), entries.map(Vec::as_slice), 10.0)?;
         if !pairs.is_empty() {
             builder.model.coefficients_mut(of).pairs.extend(pairs);
         }
     }
-    let pairs = builder.coefficients("restitution", &file.restitution, 1.0)?;
+    let pairs = builder.coefficients("restitution", file.restitution.as_deref(), 1.0)?;
     builder.model.restitutions.extend(pairs);
-    for (index, entry) in file.apart.iter().enumerate() {
+    for (index, entry) in file.apart.iter().flatten().enumerate() {
         let pairs = builder.pairs(&entry.between).map_err(|why| format!("apart[{index}].{why}"))?;
         let apart = pairs.into_iter().map(|(body, partner)| ApartModel { body, partner });
         builder.model.apart.extend(apart);
     }
     let mut joints = JointEntries::new(std::mem::take(&mut builder.model.joints));
-    for (index, entry) in file.joints.iter().enumerate() {
+    for (index, entry) in file.joints.iter().flatten().enumerate() {
         let named = |why: String| format!("joints[{index}]{}.{why}", entry.error_suffix());
         if let Some(name) = entry.name() {
             checked_name(name).map_err(named)?;
         }
         joints.add(entry, &builder.model.bodies, |name| builder.bodies(name)).map_err(named)?;
     }
-    for (index, entry) in file.motors.iter().enumerate() {
+    for (index, entry) in file.motors.iter().flatten().enumerate() {
         let named = |why: String| format!("motors[{index}]{}.{why}", entry.error_suffix());
         joints.add_motor(entry).map_err(named)?;
     }
-    for (index, entry) in file.gears.iter().enumerate() {
+    for (index, entry) in file.gears.iter().flatten().enumerate() {
         let named = |why: String| format!("gears[{index}]{}.{why}", entry.error_suffix());
         let gear = entry.model(&joints, index).map_err(named)?;
         builder.model.gears.push(gear);
     }
-    let start = settings.start_index.unwrap_or(0) as f64 * builder.model.dt;
-    for (index, entry) in file.driven.iter().enumerate() {
+    let start = file.start_index as f64 * builder.model.dt;
+    for (index, entry) in file.driven.iter().flatten().enumerate() {
         let named = |why: String| format!("driven[{index}]{}.{why}", entry.error_suffix());
         if let Some(name) = entry.name() {
             checked_name(name).map_err(named)?;
@@ -173,7 +183,7 @@ pub fn build(
         let bodies = &builder.model.bodies;
         entry.add(&mut joints, bodies, |name| builder.bodies(name), start).map_err(named)?;
     }
-    for (index, entry) in file.surfaces.iter().enumerate() {
+    for (index, entry) in file.surfaces.iter().flatten().enumerate() {
         let named = |why: String| format!("surfaces[{index}].{why}");
         builder.add_surface(entry).map_err(named)?;
     }
@@ -187,8 +197,6 @@ pub fn build(
 ///
 /// A body without a name gets the first free one.
 pub fn with_body(model: Model, mut entry: BodyEntry, files: Files<'_>) -> Result<Model, String> {
-    let plane = model.plane.as_ref().map(|plane| Plane::new(plane.normal.0.into(), plane.offset));
-    let plane = plane.transpose().map_err(|error| error.to_string())?;
     let number = model.bodies.len();
     if entry.copies.is_some() || entry.ring.is_some() {
         return Err("copies: not supported here; add one body at a time".to_owned());
@@ -196,7 +204,7 @@ pub fn with_body(model: Model, mut entry: BodyEntry, files: Files<'_>) -> Result
     let is_free = |name: &String| model.bodies.iter().all(|body| body.name != *name);
     let free = (number..).map(|number| format!("body-{number}")).find(is_free);
     entry.name = entry.name.or(free);
-    let mut builder = Builder::new(files, plane, USUAL_SEED, model);
+    let mut builder = Builder::new(files, USUAL_SEED, model);
     builder.add_bodies("body", entry)?;
     if builder.drawn {
         return Err("body: random starts are not supported here; give numbers".to_owned());
@@ -211,8 +219,6 @@ pub fn with_body(model: Model, mut entry: BodyEntry, files: Files<'_>) -> Result
 /// Model under construction.
 struct Builder<'a> {
     files: Files<'a>,
-    /// Plane of the ground; `None` without a ground.
-    plane: Option<Plane>,
     /// Random numbers of the seed, for random attitudes and jitter.
     draws: Draws,
     /// True if a start was drawn.
@@ -227,18 +233,21 @@ struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    fn new(files: Files<'a>, plane: Option<Plane>, seed: u32, model: Model) -> Self {
+    fn new(files: Files<'a>, seed: u32, model: Model) -> Self {
         let (names, merged, notes) = (Vec::new(), BTreeMap::new(), Vec::new());
         let draws = Draws::new(seed);
-        Self { files, plane, draws, drawn: false, names, merged, notes, model }
+        Self { files, draws, drawn: false, names, merged, notes, model }
     }
 
     /// Adds the bodies of one `[[bodies]]` table: one body per copy.
     fn add_bodies(&mut self, at: &str, mut entry: BodyEntry) -> Result<(), String> {
         let named = |why: String| format!("{at}.{why}");
-        let unscaled = entry.mesh.clone().filter(|_| entry.scale.is_none());
+        let unscaled = entry.mesh.as_ref().filter(|_| entry.scale.is_none());
+        let unscaled = unscaled.and_then(MeshValue::file).cloned();
+        let known = entry.shape.take().map(|name| self.body_named("shape", &name)).transpose();
+        let known = known.map_err(named)?.map(|body| body.shape);
         let (shape, solid, surface) = match entry.decompose.take() {
-            None => (self.shape(at, &mut entry)?, None, None),
+            None => (self.shape(at, &mut entry, known)?, None, None),
             Some(settings) => {
                 let mesh = self.decomposed(at, &mut entry, &settings)?;
                 self.notes.extend(mesh.note);
@@ -254,10 +263,17 @@ impl<'a> Builder<'a> {
         if let Some((file, length)) = large {
             self.notes.push(format!("{file} is {} m long; {MILLIMETRES}", shown::rounded(length)));
         }
-        let load = entry.load.take().map(load).transpose().map_err(named)?.flatten();
-        let look = entry.look.take().map(|parts| self.look(at, parts)).transpose()?.or(surface);
-        let index = self.model.shapes.iter().position(|known| *known == shape);
-        let index = index.unwrap_or(self.model.shapes.len());
+        let load = entry.load.take().map(LoadTable::load).transpose().map_err(named)?;
+        let look = match (entry.look.take(), surface) {
+            (Some(LookValue::Of(name)), _) => self.body_named("look", &name).map_err(named)?.look,
+            (Some(LookValue::Parts(parts)), _) => {
+                let look = self.look(at, parts)?;
+                Some(self.add_look(look))
+            }
+            (None, surface) => surface.map(|surface| self.add_look(surface)),
+        };
+        let same = || self.model.shapes.iter().position(|known| *known == shape);
+        let index = known.or_else(same).unwrap_or(self.model.shapes.len());
         let attitude =
             entry.attitude.as_ref().map_or(Ok(Some(ModelPlace::ORIGIN.attitude)), |turned| {
                 turned.quaternion().map_err(|why| named(format!("attitude: {why}")))
@@ -286,17 +302,16 @@ impl<'a> Builder<'a> {
             restitution: entry.restitution,
             touches: entry.touches.unwrap_or(true),
             groups: self.groups(entry.groups.take(), entry.collides_with.take()).map_err(named)?,
-            load,
+            load: load.unwrap_or_default(),
             colour: entry.colour,
-            look: look.map(|look| {
-                self.model.looks.push(look);
-                self.model.looks.len() - 1
-            }),
+            look,
             label: entry.label.take(),
-            start: BodyStart::from_state(&State::from_vector(&SVector::zeros())),
+            start: State::from_vector(&SVector::zeros()),
             drawn: None,
         };
-        template.rigid_body(&shape).map_err(|error| named(field_of(&error)))?;
+        if !self.model.bodies.last().is_some_and(|last| last.is_like(&template)) {
+            template.rigid_body(&shape).map_err(|error| named(of_field(&error)))?;
+        }
         if index == self.model.shapes.len() {
             self.model.shapes.push(shape);
         }
@@ -312,20 +327,19 @@ impl<'a> Builder<'a> {
                 ground: entry.frame == Some(StartFrame::Ground),
             };
             let place = drawn.place(&mut self.draws);
-            let drawn = drawn.draws().then_some(drawn);
+            let drawn = entry.drawn.clone().or(drawn.draws().then_some(drawn));
             self.drawn |= drawn.is_some();
             let velocity = turned.rotation()
                 * entry.velocity.map_or(Vector3::zeros(), |velocity| velocity.0.into());
             let spin = entry.spin.map_or(Vector3::zeros(), |spin| spin.0.into());
             let start = self.start(entry.frame, &place, velocity, spin, &centre).map_err(named)?;
-            start.checked().map_err(|error| named(field_of(&error)))?;
-            let start = BodyStart::from_state(&start);
+            start.checked().map_err(|error| named(of_field(&error)))?;
             let index = self.model.bodies.len();
             let name = name_of(entry.name.as_deref(), "body", index, number, count);
             partners.push(PartnerModel::Body(index));
             self.model.bodies.push(BodyModel { name, start, drawn, ..template.clone() });
         }
-        self.set_own(&partners, entry.take_coefficients(), entry.friction).map_err(named)?;
+        self.set_own(&partners, entry.coefficients(), entry.friction).map_err(named)?;
         self.register(entry.name, partners).map_err(named)
     }
 
@@ -363,14 +377,14 @@ impl<'a> Builder<'a> {
             for piece in &pieces {
                 let piece =
                     PlacedForm { form: piece.form.clone(), place: piece.place.within(&outer) };
-                piece.piece().map_err(|error| named(field_of(&error)))?;
+                piece.piece().map_err(|error| named(of_field(&error)))?;
                 partners.push(PartnerModel::Fixed(self.model.fixed.len()));
                 let (name, groups) = (name.clone(), groups.clone());
                 let fixed = FixedModel { name, piece, friction: entry.friction, groups };
                 self.model.fixed.push(fixed);
             }
         }
-        self.set_own(&partners, entry.take_coefficients(), entry.friction).map_err(named)?;
+        self.set_own(&partners, entry.coefficients(), entry.friction).map_err(named)?;
         self.register(entry.name, partners).map_err(named)
     }
 
@@ -379,11 +393,11 @@ impl<'a> Builder<'a> {
     fn set_own(
         &mut self,
         partners: &[PartnerModel],
-        own: [Option<f64>; Coefficient::ALL.len()],
+        own: Each<&f64>,
         friction: Option<f64>,
     ) -> Result<(), String> {
         for (of, own) in Coefficient::ALL.into_iter().zip(own) {
-            let Some(own) = own else { continue };
+            let Some(&own) = own else { continue };
             let friction = friction.unwrap_or(self.model.mu);
             let (least, named) = match of {
                 Coefficient::StaticFriction => (friction, format!("the friction, {friction:?},")),
@@ -405,7 +419,7 @@ impl<'a> Builder<'a> {
         let groups = self.groups(entry.groups.take(), entry.collides_with.take())?;
         let name = entry.name.clone().unwrap_or_else(|| format!("terrain-{index}"));
         let friction = entry.friction;
-        self.set_own(&[PartnerModel::Terrain(index)], entry.take_coefficients(), friction)?;
+        self.set_own(&[PartnerModel::Terrain(index)], entry.coefficients(), friction)?;
         self.model.terrains.push(TerrainModel { name, terrain, friction, groups });
         self.register(entry.name, vec![PartnerModel::Terrain(index)])
     }
@@ -420,7 +434,12 @@ impl<'a> Builder<'a> {
         spin: Vector3<f64>,
         centre: &Vector3<f64>,
     ) -> Result<State, String> {
-        let ground = match (frame, &self.plane) {
+        let ground = match (frame, &self.model.plane) {
+            (Some(StartFrame::Centre), _) => {
+                let ModelPlace { position, attitude } = *place;
+                let (position, attitude) = (position.into(), attitude.into());
+                return Ok(State { position, attitude, velocity, spin });
+            }
             (Some(StartFrame::World) | None, _) => None,
             (Some(StartFrame::Ground), Some(plane)) => Some(plane),
             (Some(StartFrame::Ground), None) => return Err(NO_GROUND.to_owned()),
@@ -429,7 +448,12 @@ impl<'a> Builder<'a> {
     }
 
     /// Collision shape of a `[[bodies]]` table: convex pieces or bare points.
-    fn shape(&self, at: &str, entry: &mut BodyEntry) -> Result<ModelShape, String> {
+    fn shape(
+        &self,
+        at: &str,
+        entry: &mut BodyEntry,
+        known: Option<usize>,
+    ) -> Result<ModelShape, String> {
         let named = |why: String| format!("{at}.{why}");
         let form = entry.take_form().form(&self.files).map_err(named)?;
         let points = match (entry.points.take(), entry.point_mass) {
@@ -437,7 +461,13 @@ impl<'a> Builder<'a> {
             (None, Some(true)) => Some(vec![[0.0; 3]]),
             (points, _) => points.map(plain),
         };
-        match (points, form.is_some() || entry.pieces.is_some()) {
+        let is_formed = form.is_some() || entry.pieces.is_some();
+        if let Some(known) = known {
+            let is_only = points.is_none() && !is_formed;
+            let known = is_only.then(|| self.model.shapes[known].clone());
+            return known.ok_or_else(|| format!("{at}: {ONE_SHAPE_OF_A_BODY}"));
+        }
+        match (points, is_formed) {
             (None, true) => Ok(ModelShape::Pieces(self.pieces(at, form, entry.pieces.take())?)),
             (Some(points), false) => Ok(ModelShape::Points(points)),
             _ => Err(format!("{at}: {ONE_SHAPE_OF_A_BODY}")),
@@ -481,6 +511,17 @@ impl<'a> Builder<'a> {
         }
     }
 
+    /// Earlier body with the name in this field.
+    fn body_named(&self, field: &str, name: &str) -> Result<&BodyModel, String> {
+        let body = self.model.bodies.iter().find(|body| body.name == name);
+        body.ok_or_else(|| format!("{field}: {name:?} is not a body before this one"))
+    }
+
+    fn add_look(&mut self, look: Vec<PlacedForm>) -> usize {
+        self.model.looks.push(look);
+        self.model.looks.len() - 1
+    }
+
     /// Visual shape of a body.
     fn look(&self, at: &str, entries: Vec<LookEntry>) -> Result<Vec<PlacedForm>, String> {
         if entries.is_empty() {
@@ -490,7 +531,7 @@ impl<'a> Builder<'a> {
             let at = format!("{at}.look[{index}]");
             let named = |why: String| format!("{at}.{why}");
             let form = entry.take_form().form(&self.files).map_err(named)?;
-            let surface = entry.surface.take().map(SurfaceTable::form).transpose();
+            let surface = entry.surface.take().map(|own| own.form(0.0)).transpose();
             let surface = surface.map_err(|why| named(format!("surface.{why}")))?;
             let place = placed(entry.position, entry.attitude.as_ref()).map_err(named)?;
             match (form, surface) {
@@ -565,9 +606,9 @@ const NO_PIECES: &str = "decompose: it has no meaning with pieces or points; lea
 const ONE_SHAPE_OF_A_BODY: &str = "one shape is needed: box, sphere, capsule, cylinder, cone, ellipsoid, hull, mesh, pieces, \
      points or point_mass = true";
 
-fn load(table: LoadTable) -> Result<Option<LoadParameters>, String> {
-    let load = table.load()?;
-    Ok((!load.is_none()).then(|| LoadParameters::from_load(&load)))
+/// Error of the core with the field that causes it.
+pub fn of_field(error: &Error) -> String {
+    format!("{}: {error}", field_of(error).unwrap_or("shape"))
 }
 
 /// Rejects a coefficient of friction out of range.
@@ -595,7 +636,7 @@ pub fn placed_piece(
 
 /// Rejects a form that the core does not accept.
 fn refuse_piece(at: &str, placed: &PlacedForm) -> Result<(), String> {
-    let named = |error| match field_of(&error) {
+    let named = |error| match of_field(&error) {
         why if !why.starts_with("shape") => format!("{at}.{why}"),
         _ => format!("{at}.{}: {error}", placed.form.field()),
     };

@@ -91,11 +91,12 @@ impl Builder<'_> {
     pub(super) fn coefficients(
         &self,
         table: &str,
-        entries: &[PairEntry],
+        entries: Option<&[PairEntry]>,
         largest: f64,
     ) -> Result<Vec<PairModel>, String> {
         let mut all = Vec::new();
-        for (index, PairEntry { between, coefficient }) in entries.iter().enumerate() {
+        for (index, PairEntry { between, coefficient }) in entries.into_iter().flatten().enumerate()
+        {
             let (at, coefficient) = (format!("{table}[{index}]"), *coefficient);
             if !(0.0..=largest).contains(&coefficient) {
                 let why = format!("coefficient is {coefficient:?}; allowed: 0 to {largest}");
@@ -137,10 +138,16 @@ impl Builder<'_> {
     /// Objects with this name.
     pub(super) fn find(&self, name: &str) -> Result<Vec<PartnerModel>, String> {
         if name == "ground" {
-            if self.plane.is_none() {
+            if self.model.plane.is_none() {
                 return Err("there is no ground".to_owned());
             }
             return Ok(vec![PartnerModel::Ground]);
+        }
+        // A written document has the numbers of single pieces.
+        let piece = name.strip_prefix("fixed[").and_then(|rest| rest.strip_suffix(']'));
+        let piece = piece.and_then(|index| index.parse().ok());
+        if let Some(index) = piece.filter(|index| *index < self.model.fixed.len()) {
+            return Ok(vec![PartnerModel::Fixed(index)]);
         }
         let entry = self.names.iter().find(|named| named.name == name);
         if let Some(named) = entry {

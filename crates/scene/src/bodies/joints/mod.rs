@@ -281,6 +281,16 @@ impl JointEntry {
     ///
     /// The frame in A is given. The frame in B is given too or follows from the initial states.
     fn frames(&self, sides: &[JointSide<'_>; 2]) -> Result<[ModelPlace; 2], String> {
+        if let Some(frames) = &self.frames {
+            let others = [&self.anchor, &self.anchor_a, &self.anchor_b, &self.axis, &self.axis_a];
+            let turns = [&self.attitude, &self.attitude_a, &self.attitude_b];
+            let is_alone = others.iter().all(|of| of.is_none()) && self.axis_b.is_none();
+            return if is_alone && turns.iter().all(|of| of.is_none()) {
+                Ok(frames.0)
+            } else {
+                Err("frames: they replace anchors, axes and attitudes; leave these out".to_owned())
+            };
+        }
         for (field, anchor) in
             [("anchor", &self.anchor), ("anchor_a", &self.anchor_a), ("anchor_b", &self.anchor_b)]
         {

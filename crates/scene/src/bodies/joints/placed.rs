@@ -29,7 +29,7 @@ impl<'a> JointSide<'a> {
     pub fn new(body: Option<&'a BodyModel>) -> Self {
         match body {
             Some(body) => {
-                let start = body.start.state();
+                let start = body.start;
                 Self { centre: body.centre.into(), start, name: &body.name }
             }
             None => {
