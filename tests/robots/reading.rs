@@ -127,13 +127,13 @@ fn torsional_and_rolling_friction_are_read() {
 fn robot_settings_are_rejected_for_other_files() {
     let scenario =
         "[[bodies]]\nbox = 1.0\nmass = 1.0\nposition = [0, 0, 1]\n[ground]\nfriction = 0.5\n";
-    for (robot, flag) in [
-        (RobotSettings { packages: Some(".".into()), ..Default::default() }, "--packages"),
-        (RobotSettings { leave_out: vec!["tendon".into()], ..Default::default() }, "--leave-out"),
-        (RobotSettings { point_contacts: true, ..Default::default() }, "--point-contacts"),
+    for (robot, field) in [
+        (RobotSettings { packages: Some(".".into()), ..Default::default() }, "packages"),
+        (RobotSettings { leave_out: vec!["tendon".into()], ..Default::default() }, "leave-out"),
+        (RobotSettings { point_contacts: true, ..Default::default() }, "point-contacts"),
     ] {
         let why = alone(scenario, "scene.toml", &[], robot).err().unwrap_or_default();
-        assert!(why.contains(flag) && why.contains("[[robots]]"), "{why}");
+        assert!(why.contains(field) && why.contains("[[robots]]"), "{why}");
     }
 }
 

@@ -80,7 +80,8 @@ impl FieldOverride {
         // The short form of one body has its fields in two tables.
         let own = ["body.", "start."].into_iter().find_map(|table| self.path.strip_prefix(table));
         let rest = name.strip_prefix(self.path.as_str());
-        own == Some(&*name) || rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        let short = name.strip_prefix("body.").unwrap_or(&name);
+        own == Some(short) || rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
     }
 
     /// Path of the field.
@@ -146,7 +147,13 @@ fn parsed(value: &str) -> Value {
 /// Adds the place of the fault to a `failure`: the flag or keyword whose value is wrong, or else the file
 /// at `path`.
 pub(crate) fn placed(failure: Failure, overrides: &[FieldOverride], path: &Path) -> Failure {
-    if let Failure::Setting { name, why } = &failure
+    // An error inside an entry begins with the path of its field.
+    let fault = match &failure {
+        Failure::Setting { name, why } => Some((name.as_str(), why.as_str())),
+        Failure::Input(text) => text.split_once(": "),
+        Failure::Other(_) => None,
+    };
+    if let Some((name, why)) = fault
         && let Some(cause) = overrides
             .iter()
             .filter(|field| field.is_cause(name))

@@ -116,11 +116,11 @@ pub fn document_of(model: &Model, floats: bool) -> Result<Table, Failure> {
     let courses = |joint: &&JointModel| joint.course.is_some();
     let joints = model.joints.iter().filter(|joint| joint.course.is_none());
     let apart = model.apart.iter().map(|pair| {
-        table! { "between": [of(model, PartnerModel::Body(pair.body)), of(model, pair.partner)] }
+        table! { "between": [object_name(model, PartnerModel::Body(pair.body)), object_name(model, pair.partner)] }
     });
     let surfaces = model.surfaces.iter().map(|surface| {
         table! {
-            "of": of(model, surface.of),
+            "of": object_name(model, surface.of),
             "velocity": surface.velocity,
             "axis": surface.friction_axis.map(|(axis, _)| axis),
             "factor": surface.friction_axis.map(|(_, factor)| factor),
@@ -129,14 +129,17 @@ pub fn document_of(model: &Model, floats: bool) -> Result<Table, Failure> {
     let driven = model.joints.iter().filter(courses).map(|joint| {
         table! {
             "name": joint.name,
-            "body": of(model, PartnerModel::Body(joint.body)),
+            "body": object_name(model, PartnerModel::Body(joint.body)),
             "frames": joint.frames,
             "course": joint.course,
         }
     });
     let pairs = |pairs: &[PairModel]| -> Vec<Table> {
         let pair = |pair: &PairModel| {
-            let between = [of(model, PartnerModel::Body(pair.body)), of(model, pair.partner)];
+            let between = [
+                object_name(model, PartnerModel::Body(pair.body)),
+                object_name(model, pair.partner),
+            ];
             table! { "between": between, "coefficient": pair.coefficient }
         };
         pairs.iter().map(pair).collect()
@@ -350,7 +353,7 @@ fn terrain(model: &Model, index: usize) -> Result<Table, String> {
 }
 
 /// Name of a body, a fixed object or the ground. One of several pieces of an object has its number.
-fn of(model: &Model, partner: PartnerModel) -> String {
+fn object_name(model: &Model, partner: PartnerModel) -> String {
     match partner {
         PartnerModel::Ground => "ground".to_owned(),
         PartnerModel::Body(index) => model.bodies[index].name.clone(),

@@ -1,6 +1,6 @@
 //! Mass, inertia and centre of mass of a body, given explicitly or computed from its shape.
 
-use super::build::of_field;
+use super::build::with_field;
 use super::entries::BodyEntry;
 use crate::tables::InertiaValue;
 use nalgebra::{Matrix3, Vector3};
@@ -22,7 +22,7 @@ fn refuse_overlapping_pieces(shape: &ModelShape, entry: &BodyEntry) -> Result<()
     if entry.mass.is_some() && entry.centre.is_some() && is_given {
         return Ok(());
     }
-    let pieces = shape.pieces().map_err(|error| of_field(&error))?;
+    let pieces = shape.pieces().map_err(|error| with_field(&error))?;
     let here = Pose { position: Vector3::zeros(), rotation: Matrix3::identity() };
     let size = |piece: &Piece| piece.core().reach() + piece.radius();
     let mut scratch = PairScratch::default();
@@ -70,7 +70,7 @@ pub fn mass_properties(
         solid
     } else {
         refuse_overlapping_pieces(shape, entry)?;
-        shape.solid().map_err(|error| of_field(&error))?
+        shape.solid().map_err(|error| with_field(&error))?
     };
     let mass = match (entry.mass, entry.density, &solid) {
         (Some(mass), None, _) => mass,

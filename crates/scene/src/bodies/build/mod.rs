@@ -310,7 +310,7 @@ impl<'a> Builder<'a> {
             drawn: None,
         };
         if !self.model.bodies.last().is_some_and(|last| last.is_like(&template)) {
-            template.rigid_body(&shape).map_err(|error| named(of_field(&error)))?;
+            template.rigid_body(&shape).map_err(|error| named(with_field(&error)))?;
         }
         if index == self.model.shapes.len() {
             self.model.shapes.push(shape);
@@ -333,7 +333,7 @@ impl<'a> Builder<'a> {
                 * entry.velocity.map_or(Vector3::zeros(), |velocity| velocity.0.into());
             let spin = entry.spin.map_or(Vector3::zeros(), |spin| spin.0.into());
             let start = self.start(entry.frame, &place, velocity, spin, &centre).map_err(named)?;
-            start.checked().map_err(|error| named(of_field(&error)))?;
+            start.checked().map_err(|error| named(with_field(&error)))?;
             let index = self.model.bodies.len();
             let name = name_of(entry.name.as_deref(), "body", index, number, count);
             partners.push(PartnerModel::Body(index));
@@ -377,7 +377,7 @@ impl<'a> Builder<'a> {
             for piece in &pieces {
                 let piece =
                     PlacedForm { form: piece.form.clone(), place: piece.place.within(&outer) };
-                piece.piece().map_err(|error| named(of_field(&error)))?;
+                piece.piece().map_err(|error| named(with_field(&error)))?;
                 partners.push(PartnerModel::Fixed(self.model.fixed.len()));
                 let (name, groups) = (name.clone(), groups.clone());
                 let fixed = FixedModel { name, piece, friction: entry.friction, groups };
@@ -607,7 +607,7 @@ const ONE_SHAPE_OF_A_BODY: &str = "one shape is needed: box, sphere, capsule, cy
      points or point_mass = true";
 
 /// Error of the core with the field that causes it.
-pub fn of_field(error: &Error) -> String {
+pub fn with_field(error: &Error) -> String {
     format!("{}: {error}", field_of(error).unwrap_or("shape"))
 }
 
@@ -636,7 +636,7 @@ pub fn placed_piece(
 
 /// Rejects a form that the core does not accept.
 fn refuse_piece(at: &str, placed: &PlacedForm) -> Result<(), String> {
-    let named = |error| match of_field(&error) {
+    let named = |error| match with_field(&error) {
         why if !why.starts_with("shape") => format!("{at}.{why}"),
         _ => format!("{at}.{}: {error}", placed.form.field()),
     };
