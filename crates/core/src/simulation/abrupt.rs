@@ -1,6 +1,5 @@
 //! Changes of velocity in a step that do not scale with h: impacts, ends of slips, stops of joints.
 
-use super::accuracy::CAUGHT;
 use super::interval::Interval;
 use super::islands::Islands;
 use super::leapfrog::Instants;
@@ -16,9 +15,6 @@ use nalgebra::Vector3;
 /// Slip or rate of an axis (m/s or rad/s, relative to the speed scale) below which it counts as
 /// standing still. Solutions are exact to about 1e-12.
 pub(super) const STILL: f64 = 1e-9;
-/// Change of velocity in a step by which friction is known to be below or above its limit (m/s, times the speed
-/// scale).
-const ROUNDING: f64 = 1e-11;
 /// Smallest part of a step that is divided at a turn, as a share of the step.
 const SOONEST: f64 = 1e-3;
 /// Share of a step in which the velocities of its start act, and of speeds that the curvature of the motion
@@ -34,14 +30,6 @@ pub(super) struct AbruptChanges {
     pub bodies: Vec<bool>,
     /// Bodies with an impact at one of their contacts.
     pub struck: Vec<bool>,
-    /// Bodies of islands in which a change does not vanish with the length of the step: other changes than ends
-    /// and turns of motions by friction.
-    pub jumps: Vec<bool>,
-    /// Largest velocity that the static friction of a contact takes too much in the step (m/s). Only with located
-    /// impacts.
-    pub lost: f64,
-    /// Largest error of an acceleration by the direction of a rolling moment (m/s²).
-    pub late: f64,
     /// The first [turn](super::turning) of the step.
     pub turn: Option<Turn>,
     /// Flags of the bodies whose motions turn where the step is being divided; empty in other steps.
@@ -63,8 +51,6 @@ pub(super) struct TakenStep<'a> {
     pub earlier: &'a [State],
     /// States after free flight.
     pub free: &'a [State],
-    /// States at its end with the velocities of the instant, if it is smooth; empty unless impacts are located.
-    pub ends: &'a [State],
     /// Forces and slips of the step before.
     pub past: &'a [ContactForce],
     pub contacts: &'a [Contact],
@@ -91,12 +77,11 @@ pub(super) enum TurningMotion {
     Joint(usize),
 }
 
-/// Kind of a change of velocity.
-#[derive(Debug, Clone, Copy)]
-enum Change {
-    /// Impact, stop at a limit, start of a joint: it does not vanish with the length of the step.
-    Jump,
-    /// Friction ends a motion, after this time from the start of the step (s) if it is a turn.
+/// Way in which an axis of a joint stops.
+enum AxisStop {
+    /// At a limit.
+    Limit,
+    /// Dry friction stops it after this time from the start of the step (s), if it is a turn.
     Friction(Option<f64>),
 }
 
@@ -107,13 +92,12 @@ impl AbruptChanges {
     pub fn find(&mut self, step: &TakenStep<'_>) {
         let TakenStep { world, contacts, solution, resting, .. } = step;
         let count = step.states.len();
-        for flags in [&mut self.bodies, &mut self.struck, &mut self.jumps, &mut self.others] {
+        for flags in [&mut self.bodies, &mut self.struck, &mut self.others] {
             flags.clear();
             flags.resize(count, false);
         }
         self.turns.clear();
         self.turn = None;
-        (self.lost, self.late) = (0.0, 0.0);
         self.index.clear();
         let pairs = contacts.iter().zip(&solution.contacts).enumerate();
         let rests = |key: &ContactKey| resting.get(key.body) == Some(&true);
@@ -121,36 +105,32 @@ impl AbruptChanges {
         for (place, (contact, force)) in pairs {
             let past = self.index.find(step.past, &contact.key, place);
             let turns = self.turning.get(contact.key.body) == Some(&true);
-            let motion = TurningMotion::Slip(contact.key);
-            if world.has_turning_friction() {
-                self.late = self.late.max(step.late_rolling(contact, &solution.moment(place)));
-            }
             if step.is_impact(contact) || step.lands(contact) {
                 contact.key.bodies().for_each(|body| self.struck[body] = true);
-                self.add(contact.key.bodies(), Change::Jump, motion);
+                self.add(contact.key.bodies(), None);
             } else if step.ends_impact(contact) {
-                self.add(contact.key.bodies(), Change::Jump, motion);
+                self.add(contact.key.bodies(), None);
             } else if !turns && step.ends_slip(contact, force, past) {
-                let time = step.turn_of_slip(contact);
-                self.add(contact.key.bodies(), Change::Friction(time), motion);
+                let motion = TurningMotion::Slip(contact.key);
+                self.add(
+                    contact.key.bodies(),
+                    step.turn_of_slip(contact).map(|time| (time, motion)),
+                );
             } else if !turns && step.ends_turning(contact) {
-                self.add(contact.key.bodies(), Change::Friction(None), motion);
-            } else if let Some(lost) = past.and_then(|past| step.lost(contact, force, past)) {
-                self.lost = self.lost.max(lost);
-                self.add(contact.key.bodies(), Change::Friction(None), motion);
+                self.add(contact.key.bodies(), None);
             }
         }
         for (index, joint) in world.joints().iter().enumerate() {
             let Some(force) = solution.joints.get(index) else { continue };
             let bodies = [Some(joint.body()), joint.other()].into_iter().flatten();
             let turns = self.turning.get(joint.body()) == Some(&true);
-            let motion = TurningMotion::Joint(index);
             match step.stop(joint, &force.angles) {
-                Some(Change::Friction(_)) if turns => {}
-                Some(change) => self.add(bodies, change, motion),
-                None if step.is_pulled(joint, &force.angles) => {
-                    self.add(bodies, Change::Jump, motion);
+                Some(AxisStop::Friction(_)) if turns => {}
+                Some(AxisStop::Friction(turn)) => {
+                    self.add(bodies, turn.map(|time| (time, TurningMotion::Joint(index))));
                 }
+                Some(AxisStop::Limit) => self.add(bodies, None),
+                None if step.is_pulled(joint, &force.angles) => self.add(bodies, None),
                 None => {}
             }
         }
@@ -161,14 +141,13 @@ impl AbruptChanges {
         }
     }
 
-    /// Adds a `change` of a `motion` of these `bodies`.
-    fn add(&mut self, bodies: impl Iterator<Item = usize>, change: Change, motion: TurningMotion) {
+    /// Adds a change of these `bodies`: a turn at a time (s), or another one.
+    fn add(&mut self, bodies: impl Iterator<Item = usize>, turn: Option<(f64, TurningMotion)>) {
         for body in bodies {
             self.bodies[body] = true;
-            self.jumps[body] |= matches!(change, Change::Jump);
-            match change {
-                Change::Friction(Some(time)) => self.turns.push(Turn { body, time, motion }),
-                Change::Friction(None) | Change::Jump => self.others[body] = true,
+            match turn {
+                Some((time, motion)) => self.turns.push(Turn { body, time, motion }),
+                None => self.others[body] = true,
             }
         }
     }
@@ -176,8 +155,8 @@ impl AbruptChanges {
     /// Extends the changes to the islands of their bodies. The turn is the first one in an island without other
     /// changes.
     fn spread(&mut self) {
-        let Self { bodies, jumps, others, changed, islands, turns, .. } = self;
-        for flags in [jumps, others, &mut *bodies] {
+        let Self { bodies, others, changed, islands, turns, .. } = self;
+        for flags in [others, &mut *bodies] {
             changed.clear();
             changed.resize(flags.len(), false);
             for body in (0..flags.len()).filter(|body| flags[*body]) {
@@ -211,20 +190,11 @@ impl AbruptChanges {
     }
 }
 
-/// True if a motion ends or turns back from `before` to `now`, or at the `end` of the step. Without one, it would do
-/// so in half of another step: `kick` is the time of the change, in lengths of the interval.
-fn ends(
-    before: &Vector3<f64>,
-    now: &Vector3<f64>,
-    end: Option<Vector3<f64>>,
-    least: f64,
-    kick: f64,
-) -> bool {
+/// True if a motion ends or turns back from `before` to `now`, or would do so in half of another step.
+/// `kick` is the time of the change, in lengths of the interval.
+fn ends(before: &Vector3<f64>, now: &Vector3<f64>, least: f64, kick: f64) -> bool {
     let along = now.dot(before);
-    let turns_soon = || match end {
-        Some(end) => now.dot(&end) < 0.0,
-        None => (1.0 + 2.0 * kick) * now.norm_squared() < along,
-    };
+    let turns_soon = || (1.0 + 2.0 * kick) * now.norm_squared() < along;
     before.norm() > least && (now.norm() <= least || along < 0.0 || turns_soon())
 }
 
@@ -232,11 +202,6 @@ impl TakenStep<'_> {
     /// Time of the changes of velocity at a contact, in lengths of the interval.
     fn kick(&self, contact: &Contact) -> f64 {
         contact.key.bodies().map(|body| self.world.kick(body)).fold(f64::INFINITY, f64::min)
-    }
-
-    /// True if a body of `contact` starts. Slips before belong to another motion.
-    fn starts(&self, contact: &Contact) -> bool {
-        contact.key.bodies().any(|body| self.world.before().get(body) == Some(&0.0))
     }
 
     /// True if the touching points approach faster than smooth accelerations explain in a step.
@@ -251,8 +216,7 @@ impl TakenStep<'_> {
             (force.key.body, force.key.partner) == (contact.key.body, contact.key.partner)
         };
         let mut past = self.past.iter().filter(|force| is_same(force));
-        contact.gap > self.world.touching_gap()
-            && (self.starts(contact) || !past.any(ContactForce::carries_force))
+        contact.gap > self.world.touching_gap() && !past.any(ContactForce::carries_force)
     }
 
     /// True if the touching points still approach after an impact in the interval before. The velocity of its
@@ -273,49 +237,8 @@ impl TakenStep<'_> {
         past: Option<&ContactForce>,
     ) -> bool {
         let least = STILL * self.world.speed_scale();
-        let initial = |states: &[State]| contact.initial_slip(self.world, states);
-        let before = past.filter(|_| !self.starts(contact));
-        let before = before.map_or_else(|| initial(self.states), |past| past.slip);
-        let end = (!self.ends.is_empty()).then(|| initial(self.ends));
-        ends(&before, &now.slip, end, least, self.kick(contact))
-    }
-
-    /// Velocity that the friction of a sticking contact takes too much (m/s), if it is overcome in this step. The
-    /// share ρ of friction in the normal force goes on from the kick before to the present one, and on to the end:
-    ///
-    /// ```text
-    /// ρ⁺ = ρ + (ρ − ρ⁻) t⁺/t,   δ = (|ρ⁺| − μ) f_n h/m   if |ρ| < μ_s < |ρ⁺|          (eq. 41b)
-    /// ```
-    ///
-    /// `None` without located impacts, and if it is less than the accuracy allows.
-    fn lost(&self, contact: &Contact, now: &ContactForce, past: &ContactForce) -> Option<f64> {
-        let Self { world, .. } = self;
-        let allowed = CAUGHT * world.impact_accuracy()?;
-        let slips = now.slip.norm() > STILL * world.speed_scale();
-        if slips || !past.carries_force() {
-            return None;
-        }
-        let since = contact.key.bodies().find_map(|body| self.instants.since_kick(body))?;
-        let (h, kick) = (world.time_step(), self.kick(contact));
-        // Times from the middle of the kick to the end, and between the middles of both kicks.
-        let ahead = 0.5 * h * (1.0 + kick);
-        let apart = since + h - ahead;
-        let normal = contact.normal();
-        let [now, past] = [now, past].map(|of| (of.force, normal.dot(&of.force)));
-        let share = |(force, pressing): (Vector3<f64>, f64)| force / pressing - normal;
-        let end = share(now) + (share(now) - share(past)) * (ahead / apart);
-        let masses = contact.key.bodies().map(|body| world.bodies()[body].mass());
-        let mass = masses.fold(f64::INFINITY, f64::min);
-        let change = now.1 * h / (kick * mass);
-        let most = contact.law.friction;
-        let rounding = ROUNDING * world.speed_scale();
-        let [below, above] = [most - share(now).norm(), end.norm() - most];
-        if below.min(above) * change <= rounding {
-            return None;
-        }
-        let kinetic = world.friction_between(contact.key.body, contact.key.partner).min(most);
-        let lost = (end.norm() - kinetic) * change;
-        (lost > allowed).then_some(lost)
+        let initial = || contact.initial_slip(self.world, self.states);
+        ends(&past.map_or_else(initial, |past| past.slip), &now.slip, least, self.kick(contact))
     }
 
     /// Time after the start at which the slip of a contact ends, see [`Self::turn`] (s).
@@ -361,39 +284,21 @@ impl TakenStep<'_> {
             return false;
         }
         let TurningFriction { rolling, torsional } = friction;
-        let parts = |states: &[State]| self.turning(contact, states);
-        let [before, now] = [self.states, &self.solution.states].map(parts);
-        let end = (!self.ends.is_empty()).then(|| parts(self.ends)).unzip();
+        let turning = |states: &[State]| {
+            let of = |body: usize| rotation(&self.states[body].attitude) * states[body].spin;
+            of(contact.key.body) - contact.key.partner.body().map_or(Vector3::zeros(), of)
+        };
+        let normal = contact.normal();
+        let [before, now] = [self.states, &self.solution.states].map(|states| {
+            let turning = turning(states);
+            let about = normal * normal.dot(&turning);
+            (turning - about, about)
+        });
         let reach = self.world.bodies()[contact.key.body].reach();
         let least = STILL * self.world.speed_scale() / reach;
         let kick = self.kick(contact);
-        rolling > 0.0 && ends(&before.0, &now.0, end.0, least, kick)
-            || torsional > 0.0 && ends(&before.1, &now.1, end.1, least, kick)
-    }
-
-    /// Angular velocity of A relative to B with the spins of `states`: along the tangents, and about the normal
-    /// (rad/s).
-    fn turning(&self, contact: &Contact, states: &[State]) -> (Vector3<f64>, Vector3<f64>) {
-        let of = |body: usize| rotation(&self.states[body].attitude) * states[body].spin;
-        let other = contact.key.partner.body().map_or(Vector3::zeros(), of);
-        let turning = of(contact.key.body) - other;
-        let about = contact.normal() * contact.normal().dot(&turning);
-        (turning - about, about)
-    }
-
-    /// Error of the acceleration (m/s²) by a rolling moment that opposes the angular velocity of the step and not
-    /// that of its start. It is of first order in the length.
-    fn late_rolling(&self, contact: &Contact, moment: &Vector3<f64>) -> f64 {
-        let [start, now] = [&self.instants.states, &self.solution.states];
-        let [start, now] = [start, now].map(|states| self.turning(contact, states).0);
-        let body = &self.world.bodies()[contact.key.body];
-        let least = STILL * self.world.speed_scale() / body.reach();
-        if start.norm().min(now.norm()) <= least {
-            return 0.0;
-        }
-        let size = start.norm() * now.norm();
-        let moment = (moment - contact.normal() * contact.normal().dot(moment)).norm();
-        moment / self.kick(contact) * start.cross(&now).norm() / (size * body.mass() * body.reach())
+        rolling > 0.0 && ends(&before.0, &now.0, least, kick)
+            || torsional > 0.0 && ends(&before.1, &now.1, least, kick)
     }
 
     /// True if a body of `joint` starts with a velocity that its locked axes do not allow, or that its
@@ -427,7 +332,7 @@ impl TakenStep<'_> {
 
     /// Way in which an axis of `joint` comes to a limit, or its dry friction stops it or turns.
     /// `angles` are its angles at the end of the step (rad).
-    fn stop(&self, joint: &Joint, angles: &Vector3<f64>) -> Option<Change> {
+    fn stop(&self, joint: &Joint, angles: &Vector3<f64>) -> Option<AxisStop> {
         let has_jump = |axis: &Axis| match axis {
             Axis::Free(drive) => drive.limits.is_some() || drive.rubs(),
             Axis::Locked => false,
@@ -456,10 +361,10 @@ impl TakenStep<'_> {
             if drive.limits.is_some_and(|limits| limits.into_iter().any(is_at))
                 && before[k].abs() > least
             {
-                return Some(Change::Jump);
+                return Some(AxisStop::Limit);
             }
             let along = |rate: f64| Vector3::x() * rate;
-            if drive.rubs() && ends(&along(before[k]), &along(after[k]), None, least, kick) {
+            if drive.rubs() && ends(&along(before[k]), &along(after[k]), least, kick) {
                 let soon = SOON * h;
                 let turn = joint
                     .coasted(&self.instants.states, &self.world.step_map().over(soon))
@@ -467,7 +372,7 @@ impl TakenStep<'_> {
                         let start = numbers(&joint.rates(&now, &coasted, &turns, soon));
                         self.turn(bodies(), &along(before[k]), &along(start[k]))
                     });
-                stop = Some(Change::Friction(turn));
+                stop = Some(AxisStop::Friction(turn));
             }
         }
         stop

@@ -11,7 +11,7 @@
 //!
 //! Bisection finds the longest interval without an [abrupt change](super::abrupt) of velocity. The change
 //! happens in an interval of length ε that follows. Its error ½ ε |w⁺ − w| is at most a tenth of the
-//! error of a second, and so is |w⁺ − w| where friction changes the acceleration. Velocities go on from interval to interval, whatever their lengths (37), but islands with
+//! error of a second. Velocities go on from interval to interval, whatever their lengths (37), but islands with
 //! an abrupt change start at the velocities of the instant.
 
 use super::energy;
@@ -27,7 +27,7 @@ use crate::error::Error;
 use crate::world::{Impacts, Span, WINDOW, World};
 
 /// Share of the error of a second that an abrupt change may add.
-pub(super) const CAUGHT: f64 = 0.1;
+const CAUGHT: f64 = 0.1;
 /// Shortest interval (s). Gaps are known to about 1e-16 m, and 1e-16 m are 1e-7 m/s in 1e-9 s.
 const SHORTEST: f64 = 1e-9;
 /// Shortest interval of smooth motion (s).
@@ -184,10 +184,8 @@ impl Schedule {
 
     /// Judges an interval of `length` (s) with these errors, and plans the next one.
     fn judge(&mut self, length: f64, is_solved: bool, errors: &AddedError) -> Judgement {
-        let AddedError { smooth, velocity, .. } = *errors;
+        let AddedError { smooth, abrupt, velocity, .. } = *errors;
         let caught = CAUGHT * self.accuracy;
-        // An error of the velocity remains for seconds.
-        let abrupt = errors.abrupt.max(errors.turned);
         let misses = abrupt > caught && length > SHORTEST;
         let allowed = self.accuracy * length;
         // Eq. 41; an error of the velocity is of third order as well, and remains for seconds.
@@ -436,9 +434,7 @@ fn intervals(
             workspace.forget();
             continue;
         }
-        // Such an acceleration moves a body by the accuracy in a second.
-        let is_late = world.accuracy().is_some_and(|accuracy| taken.errors.late > accuracy);
-        taken.is_coarse = judgement == Judgement::TakenCoarse || is_late;
+        taken.is_coarse = judgement == Judgement::TakenCoarse;
         let Some(part) = &mut taken.part else { continue };
         part.changeable = world.changeable();
         settle_instants(world, moment, workspace, taken);
