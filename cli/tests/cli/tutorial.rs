@@ -147,7 +147,7 @@ fn scenarios_name_the_preset() {
     assert_eq!(by_flag.csv(), expected);
     let contradiction = scenario("preset = \"tutorial\"\ntolerance = 1e-5");
     let refused = run(&["--scenario", &contradiction]);
-    refused.assert_refused(2, &["solver.tolerance", "--preset tutorial"]);
+    refused.assert_refused(2, &["solver.tolerance", "preset tutorial"]);
 }
 
 /// Settings that contradict the preset or the solver are refused by name.
@@ -161,7 +161,7 @@ fn contradictions_are_refused() {
         &["--on-failure", "ladder"],
     ] {
         let args = [&["--preset", "tutorial"], flag].concat();
-        run(&args).assert_refused(2, &[flag[0], "--preset tutorial", "leave it out"]);
+        run(&args).assert_refused(2, &[flag[0], "preset tutorial", "leave it out"]);
     }
     run(&["--solver", "native", "--tol", "1e-7"]).assert_refused(2, &["--tol", "native solver"]);
     run(&["--scene", "floating", "--preset", "tutorial"]).assert_refused(2, &["--preset"]);

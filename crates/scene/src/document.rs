@@ -14,7 +14,8 @@ use super::choices::SolverName;
 use super::coefficients::{table, with_coefficients};
 use super::overrides::FieldOverride;
 use super::tables::{BodyTable, GroundTable, LoadTable, SolverTable, StartTable};
-use serde::Deserialize;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
 use std::io;
 use std::path::Path;
 use toml::{Table, Value};
@@ -36,13 +37,21 @@ pub const BODY: &str = "body";
 /// Fields of a floating body, which has no contact, that flags can set.
 const OF_FLOATING: [&str; 5] = ["steps", "start_index", "seed", "time_step", "gravity"];
 
+/// Reads a start index, see [`LARGEST_START`].
+fn start_index<'de, D: Deserializer<'de>>(reader: D) -> Result<u64, D::Error> {
+    let index =
+        Value::deserialize(reader)?.as_integer().and_then(|index| u64::try_from(index).ok());
+    let why = || D::Error::custom(format!("a whole number from 0 to {LARGEST_START} is needed"));
+    index.filter(|index| *index <= LARGEST_START).ok_or_else(why)
+}
+
 // Scenario file: `[[bodies]]` and its related tables, or `[body]`, `[start]` and `[load]` for one body.
 with_coefficients!(table, Vec<PairEntry>, Document, "a scenario" {
     pub name: Option<String>,
     /// Number of rows of a run, one more than steps.
     #[serde(default = "usual_rows")]
     pub steps: u64,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "start_index")]
     pub start_index: u64,
     #[serde(default = "usual_time_step")]
     pub time_step: f64,
@@ -209,10 +218,6 @@ impl Document {
         if !(1..=10_000_000).contains(&self.steps) {
             let why = format!("it is {}; allowed: 1 to 10000000", self.steps);
             return Err(Failure::setting("steps", why));
-        }
-        if self.start_index > LARGEST_START {
-            let why = format!("it is {}; allowed: 0 to {LARGEST_START}", self.start_index);
-            return Err(Failure::setting("start_index", why));
         }
         if self.accuracy.is_some() && self.impacts == Some(Impacts::Stepped) {
             let why =

@@ -150,7 +150,10 @@ pub(crate) fn placed(failure: Failure, overrides: &[FieldOverride], path: &Path)
     // An error inside an entry begins with the path of its field.
     let fault = match &failure {
         Failure::Setting { name, why } => Some((name.as_str(), why.as_str())),
-        Failure::Input(text) => text.split_once(": "),
+        Failure::Input(text) => text.find([':', ' ']).map(|end| {
+            let (name, rest) = text.split_at(end);
+            (name, rest.strip_prefix(": ").unwrap_or(text))
+        }),
         Failure::Other(_) => None,
     };
     if let Some((name, why)) = fault
