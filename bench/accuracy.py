@@ -103,7 +103,7 @@ def main(program: str, motions: list[str]) -> None:
     for motion in motions or MOTIONS:
         finest = 0.0001 if MOTIONS[motion][1] < 1.5 else 0.0002
         ends = [end(program, motion, finest * times, 'integrator = "leapfrog"') for times in (1, 2)]
-        # Of fourth order in h, but for the attitudes, whose norms stay near 1.
+        # Fourth order in h, but for the attitudes, whose norms stay near 1.
         pairs = zip(*ends, strict=True)
         reference = [[a + (a - b) / 3.0 for a, b in zip(fine, coarse, strict=True)] for fine, coarse in pairs]
         for integrator in ("euler", "leapfrog"):

@@ -1,4 +1,4 @@
-// What buttons and keys do.
+// Actions of buttons and keys.
 
 function play(wanted) {
   if (wanted && head === null) return;

@@ -93,7 +93,7 @@ globalThis.playground = { ask: asked };
 
 document.body.classList.toggle("live", isLive);
 
-// Where the program of the page is.
+// Place of the page's program.
 async function sourceOf({ dataset, textContent }) {
   if (dataset.live) return { address: `ws://${location.host}${location.pathname}${dataset.live}` };
   return { module: await WebAssembly.compile(await unpacked(textContent)) };

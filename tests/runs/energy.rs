@@ -94,7 +94,7 @@ impl PassiveSteps {
                 let last = vec![record.last().length; bodies];
                 let mut first = record.first().before.clone();
                 first.resize(bodies, record.first().length);
-                // Where lengths change, forces that carry a weight act in half of the difference, which
+                // Forces that carry a weight act in half of the difference of changing lengths, which
                 // the energy of free motion does not have.
                 let carried = |(body, state): (&RigidBody, &State)| {
                     body.mass() * world.gravity().dot(&state.velocity).abs()

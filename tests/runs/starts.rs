@@ -73,7 +73,7 @@ fn a_simulation_that_starts_later_sees_the_loads_of_that_time() {
         let way = (first.next().position - then.next().position).norm();
         assert!(way <= 1e-12, "{way} at {}", first.index);
     }
-    // From time 0 the same load would not have moved the cube.
+    // The same load from time 0 would not have moved the cube.
     let motion = Motion::native(&scene.world);
     let mut at_zero = Simulation::new(scene.world.clone(), states, motion).unwrap();
     at_zero.set_load(0, load).unwrap();

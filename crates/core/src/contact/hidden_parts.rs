@@ -195,8 +195,8 @@ fn around(
             && bounds(other.core().vertices().iter(), 0.0).meets(&own)
     };
     let list = colliders.list().iter().enumerate();
-    let fixed = list.filter(|(_, of)| matches!(of.owner, PieceOwner::Fixed(_)));
-    let near = fixed.filter(|(_, of)| is_near(placed(world, &[], **of).0));
+    let fixed = list.filter(|(_, collider)| matches!(collider.owner, PieceOwner::Fixed(_)));
+    let near = fixed.filter(|(_, collider)| is_near(placed(world, &[], **collider).0));
     let mut numbers: Vec<_> = near.map(|(number, _)| number).collect();
     for (fixed, first) in colliders.terrains() {
         if let Some(terrain) = world.terrain(fixed) {
@@ -273,7 +273,8 @@ fn hidden_vertex(
     let own = surfaces(piece)?;
     let all = around.iter().filter_map(|(number, other)| Some((*number, surfaces(other)?)));
     let all: Vec<_> = all.collect();
-    let level = |of: &SurfacesAt| LocalSurface { normals: of.on.clone(), is_rigid: true };
+    let level =
+        |surfaces: &SurfacesAt| LocalSurface { normals: surfaces.on.clone(), is_rigid: true };
     own.on.iter().find_map(|u| {
         let is_side = |m: &&Vector3<f64>| (*m - u).norm() > PARALLEL && (*m + u).norm() > PARALLEL;
         let sides: Vec<_> = own.on.iter().filter(is_side).collect();
@@ -281,19 +282,19 @@ fn hidden_vertex(
         if sides.iter().any(|s| s.dot(u).abs() > PARALLEL) {
             return None;
         }
-        let others: Vec<_> = all.iter().filter(|(_, of)| of.has(u)).collect();
+        let others: Vec<_> = all.iter().filter(|(_, near)| near.has(u)).collect();
         let ends = |s: &Vector3<f64>, other: &Vector3<f64>| {
             let along = u.cross(s);
             let along = if along.dot(other) > 0.0 { -along } else { along };
-            others.iter().any(|(_, of)| of.goes_on(u, s, &along))
+            others.iter().any(|(_, near)| near.goes_on(u, s, &along))
         };
         if !(ends(first, second) && ends(second, first)) {
             return None;
         }
         let own_level = std::iter::once(level(&own));
-        let levels: Vec<_> = own_level.chain(others.iter().map(|(_, of)| level(of))).collect();
+        let levels: Vec<_> = own_level.chain(others.iter().map(|(_, near)| level(near))).collect();
         let is_free = leaves_free(levels.iter(), u, PI - LESS, &mut Vec::new());
-        let gap = others.iter().map(|(_, of)| of.gap).fold(own.gap, f64::max);
+        let gap = others.iter().map(|(_, near)| near.gap).fold(own.gap, f64::max);
         (!is_free).then(|| HiddenPart {
             part: CorePart::Vertex(index as u32),
             ends: [vertex; 2],

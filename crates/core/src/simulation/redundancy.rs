@@ -173,12 +173,12 @@ impl LockedRows<'_> {
         }
         let mut mechanisms: BTreeMap<usize, Mechanism> = BTreeMap::new();
         for (index, joint) in kept() {
-            let of = find(&mut root, joint.body());
-            mechanisms.entry(of).or_default().joints.push(index);
+            let label = find(&mut root, joint.body());
+            mechanisms.entry(label).or_default().joints.push(index);
         }
         for (index, gear) in gears.iter().enumerate() {
-            let of = find(&mut root, joints[gear.axes()[0].joint].body());
-            mechanisms.entry(of).or_default().gears.push(index);
+            let label = find(&mut root, joints[gear.axes()[0].joint].body());
+            mechanisms.entry(label).or_default().gears.push(index);
         }
         for mechanism in mechanisms.values_mut() {
             let geared = mechanism.gears.iter().flat_map(|gear| gears[*gear].axes());
@@ -280,9 +280,9 @@ impl LockedRows<'_> {
 
     /// Gradient of an axis coordinate with respect to the velocities of `bodies`. Rotations are
     /// scaled by the reach of the world's bodies.
-    fn along(&self, of: GearAxis, bodies: &[usize]) -> Option<DVector<f64>> {
-        let joint = &self.world.joints()[of.joint];
-        let wrenches = joint.wrenches(self.states, of.axis, 1.0)?;
+    fn along(&self, place: GearAxis, bodies: &[usize]) -> Option<DVector<f64>> {
+        let joint = &self.world.joints()[place.joint];
+        let wrenches = joint.wrenches(self.states, place.axis, 1.0)?;
         let mut row = DVector::zeros(6 * bodies.len());
         let acting = [Some(joint.body()), joint.other()];
         for (body, Wrench { force, torque }) in acting.into_iter().zip(wrenches) {
@@ -327,8 +327,8 @@ fn rest_of(row: &mut LockedRow, basis: &[LockedRow]) -> f64 {
 }
 
 /// Constraints with significant coefficients.
-fn involved(of: &[f64], locks: &[Constraint]) -> Vec<Constraint> {
-    let parts = of.iter().zip(locks).filter(|(part, _)| part.abs() > DEPENDENT);
+fn involved(parts: &[f64], locks: &[Constraint]) -> Vec<Constraint> {
+    let parts = parts.iter().zip(locks).filter(|(part, _)| part.abs() > DEPENDENT);
     let mut found: Vec<_> = parts.map(|(_, lock)| *lock).collect();
     found.dedup();
     found

@@ -69,9 +69,9 @@ impl Neighbours {
                 partners.number(PieceOwner::Body(contact.key.body), pieces.0),
                 partners.number(owner, pieces.1),
             ];
-            let is_pair = |of: [usize; 2]| {
-                let of = of.map(Some);
-                of == numbers || [of[1], of[0]] == numbers
+            let is_pair = |pair: [usize; 2]| {
+                let pair = pair.map(Some);
+                pair == numbers || [pair[1], pair[0]] == numbers
             };
             let Some(pair) = memory.pairs.iter_mut().find(|pair| is_pair(pair.colliders)) else {
                 continue;
@@ -88,9 +88,9 @@ impl Neighbours {
             let reach = BAND * smaller + distance;
             let plane_of = plane_of(world, states, begin, a, b);
             let search = ContactSearch { reach, within: reach, plane_of, with_hidden: false };
-            let of = Exposure { world, partners, colliders: [a, b], numbers: pair.colliders };
+            let exposure = Exposure { world, partners, colliders: [a, b], numbers: pair.colliders };
             let workspace = (&mut *scratch, &mut placement.exposure);
-            of.contact_points(poses, &[begin, poses], search, hint, workspace, touches);
+            exposure.contact_points(poses, &[begin, poses], search, hint, workspace, touches);
             let between =
                 ContactBuilder { world, colliders: [a, b], at: poses, start: begin, states };
             let found = touches.iter().filter_map(|touch| between.contact(touch, 0));
