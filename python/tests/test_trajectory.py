@@ -425,5 +425,5 @@ def test_impacts_can_be_located():
     slope = (height(1.0 + 1e-6) - height(1.0 - 1e-6)) / 2e-6
     assert dropped.vjp(weights, steps=80)["states"][0, 2] == pytest.approx(slope, abs=1e-4)
     text = "[ground]\nfriction = 0.3\n[[bodies]]\nsphere = 0.1\nmass = 1.0\nposition = [0, 0, 1]\n"
-    with pytest.raises(tumble.TumbleError, match='impacts: "never" is unknown; use stepped or located'):
+    with pytest.raises(tumble.TumbleError, match="impacts: unknown variant `never`, expected `stepped` or `located`"):
         tumble.Scene.from_text(text, impacts="never")
