@@ -78,7 +78,7 @@ impl SceneArgs {
     }
 }
 
-/// How the solver runs.
+/// Settings of the solver.
 #[derive(Debug, Args)]
 pub struct SolverArgs {
     /// Number of threads of the native solver, 1 to 1024, for bodies that do not touch each other.

@@ -62,3 +62,46 @@ fn a_motor_against_a_locked_brake_is_solved() {
     let iterations: f64 = steps.numbers("iterations").iter().sum();
     assert!(iterations < 1e4, "{iterations}");
 }
+
+/// Two boxes hit each other edge to edge at 8 m/s, and turn within the step. The plane across the edges does not
+/// turn with them, so the force acts 1.6 mm from where they touch. With euler no shorter interval is tried.
+#[test]
+fn a_force_away_from_where_pieces_touch_is_wild_and_nothing_else() {
+    const SCENE: &str = r#"
+steps = 30
+time_step = 0.002
+integrator = "euler"
+[ground]
+friction = 0.6542244394378204
+[[bodies]]
+box = [0.21421699169102134, 0.24325822523248026, 0.14506221591756868]
+mass = 1.0
+position = [-0.3, -0.015300249230011961, 0.3]
+attitude = [0.047841670922372195, 0.5731532426948651, -0.5379176867033645, 0.6163206123791556]
+velocity = [4.0, 0.0, 0.0]
+spin = [0.40711410569638273, -1.7187250222921429, -2.070870415729604]
+[[bodies]]
+box = [0.23782933494800148, 0.17860309799394844, 0.10669114594516117]
+mass = 1.0
+position = [0.3, -0.02891725537830219, 0.3]
+attitude = [-0.094920797722557, 0.0636448537512414, -0.27648658210131083, 0.9541983780475796]
+velocity = [-4.0, 0.0, 0.0]
+spin = [0.35158994791088016, 0.6592972813308688, 0.8664300084419239]
+"#;
+    let (end, directory) = run_scenario(SCENE, &[]);
+    assert_eq!(end.code, Some(3), "{end:?}");
+    assert!(end.stdout.contains("m from where they touch"), "{end:?}");
+    let out = directory.path().join("out");
+    let verify = || run(&["verify", out.join("steps.csv").to_str().unwrap()]);
+    assert!(verify().stdout.contains("steps that differ from their rows: 0"), "{:?}", verify());
+    // With half kicks the step is taken in shorter intervals.
+    let (end, _) = run_scenario(&SCENE.replace("euler", "leapfrog"), &[]);
+    assert_eq!(end.code, Some(0), "{end:?}");
+
+    let text = fs::read_to_string(out.join("steps.csv")).unwrap();
+    assert_eq!(text.matches(",wild,").count(), 1);
+    fs::write(out.join("steps.csv"), text.replace(",wild,", ",converged,")).unwrap();
+    let refused = verify();
+    assert_eq!(refused.code, Some(1), "{refused:?}");
+    assert!(refused.stdout.contains("its status is `converged`, but a contact"), "{refused:?}");
+}

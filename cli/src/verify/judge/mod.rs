@@ -316,10 +316,13 @@ impl StepJudge {
                     "its loaded contacts are {misplaced:.3e} m off the pieces, not {column:.3e}"
                 ));
             }
-            self.wrong_contacts(judged).into_iter().for_each(&mut differ);
         }
         let overlap = self.candidates.deepest_overlap(&self.world, next);
         let overlap = overlap.map_or(0.0, |(depth, ..)| depth);
+        if complete {
+            let wrong = self.wrong_contacts(judged, row.placement, overlap);
+            wrong.into_iter().for_each(&mut differ);
+        }
         // The search also saw intervals that were not taken. Depths below the gap that contacts keep depend
         // on it.
         let kept = self.world.touching_gap();
@@ -375,24 +378,32 @@ impl StepJudge {
             .then(|| format!("a contact of body {body} that ends {depth:.3e} m deep has no row"))
     }
 
-    /// Reason why a step whose status says that it is solved has other contacts than its pieces: one acts where
-    /// they do not touch (eq. 18g), or pieces sink into each other (eq. 18h).
-    fn wrong_contacts(&mut self, judged: &JudgedStep<'_>) -> Option<String> {
-        let JudgedStep { step: IntervalRows { row, states, .. }, next, contacts, loads, .. } =
-            judged;
+    /// Reason why a step with the status of a solved one has other contacts than its pieces, with this error of
+    /// the placement (18g) and this overlap after it (m): a force acts where they do not touch, or pieces sink
+    /// into each other (18h).
+    fn wrong_contacts(
+        &mut self,
+        judged: &JudgedStep<'_>,
+        error: f64,
+        overlap: f64,
+    ) -> Option<String> {
+        let JudgedStep { step: IntervalRows { row, states, .. }, next, loads, .. } = judged;
         if !row.status.is_solved() {
             return None;
         }
         let status = row.status.name();
-        self.candidates.clear();
-        self.candidates.extend(contacts.iter().copied());
         let forces = loads.iter().map(|load| load.force);
-        let misplaced = self.candidates.misplaced(&self.world, states, next, forces);
-        if let Some((contact, error)) = misplaced.first() {
+        if error != 0.0
+            && let Some((contact, error)) =
+                self.candidates.misplaced(&self.world, states, next, forces).first()
+        {
             let body = contact.key.body;
             return Some(format!(
                 "its status is `{status}`, but a contact of body {body} acts {error:.3e} m from where its pieces touch"
             ));
+        }
+        if overlap == 0.0 {
+            return None;
         }
         let [one, other] = self.candidates.sunk_pair(&self.world, states, next)?;
         let body = one.body().or(other.body())?;

@@ -83,7 +83,7 @@ pub(super) struct CollisionSearch<'a> {
     pub between: &'a mut [Pose],
     /// True if the end is a solution with the given contacts or near one, false if it is free flight.
     pub is_solved: bool,
-    /// How deep each body sinks into its known contacts until the end. Empty unless the end is
+    /// Overlap of each body with its known contacts at the end. Empty unless the end is
     /// [foreseen](Reached::Foreseen).
     pub sunk: &'a [Sunk],
     /// Contacts of the step, by their pieces.
@@ -113,7 +113,7 @@ pub(super) enum Reached {
     Solved,
 }
 
-/// How deep a body is in its contacts.
+/// Deepest overlap of a body with its contacts.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Sunk {
     /// Overlap with the deepest contact (m).

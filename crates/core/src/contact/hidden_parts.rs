@@ -1,10 +1,9 @@
 //! Edges and vertices of fixed pieces that other fixed pieces hide, found once for each piece.
 //!
-//! A face of a fixed piece with the normal u goes on over its edge with the side s if the piece beside
-//! it has u and −s along a stretch of the edge, and no normal but these and −u. Then s is not
-//! [exposed](super::exposure) there, the only normals of both pieces are ±u, and the level directions
-//! (4e) of both fill the circle about u. So the edge has no contact of its own, whatever else is at the
-//! point. A vertex with the normals u, s₁ and s₂ has none if both of its sides end in this way, and if the
+//! An edge joins a face with the normal u to a side s. The piece beside it goes on with the face if it has u
+//! and −s along a stretch of the edge, and no other normal but −u. Then s is not [exposed](super::exposure)
+//! there, the only normals of both pieces are ±u, and the level directions (4e) of both fill the circle about u.
+//! So the edge has no contact of its own, whatever else is at the point. A vertex with the normals u, s₁ and s₂ has none if both of its sides end in this way, and if the
 //! level directions of the pieces with u there leave less than half of the circle free.
 
 use super::collider::{Collider, Colliders, PieceOwner, placed, size};

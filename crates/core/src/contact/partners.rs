@@ -3,6 +3,7 @@
 use super::collider::{Collider, Colliders, PieceOwner, placed};
 use super::hidden_parts::{HiddenPart, hidden_parts};
 use super::memory::Neighbour;
+use super::{Contact, Partner};
 use crate::geometry::{CorePart, Piece};
 use crate::world::World;
 use nalgebra::Vector3;
@@ -237,6 +238,22 @@ impl Partners {
                 (number < *self.first.get(body + 1)?).then_some(number)
             }
         }
+    }
+
+    /// Colliders of a contact with their numbers, A first. `None` for the ground, and without such pieces.
+    pub(super) fn colliders_of(&self, contact: &Contact) -> Option<[(usize, Collider); 2]> {
+        let pair = contact.key.pair?;
+        let collider = |owner: PieceOwner, piece: usize| {
+            let number = self.number(owner, piece)?;
+            Some((number, Collider { owner, piece }))
+        };
+        let owner = match contact.key.partner {
+            Partner::Body(body) => PieceOwner::Body(body),
+            Partner::Fixed(index) => PieceOwner::Fixed(index),
+            Partner::Ground => return None,
+        };
+        let body = PieceOwner::Body(contact.key.body);
+        Some([collider(body, pair.pieces.0)?, collider(owner, pair.pieces.1)?])
     }
 
     /// True if some other collider is near one of the `numbers` of a pair.

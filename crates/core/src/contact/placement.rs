@@ -70,7 +70,7 @@ pub(super) struct KnownErrors {
     contacts: Vec<Contact>,
     errors: Vec<f64>,
     index: KeyIndex,
-    /// Those of the current step.
+    /// Contacts and errors of the current step.
     next: (Vec<Contact>, Vec<f64>),
     /// Poses at the end of the last step, and the version of the near pieces in it.
     end: Vec<Pose>,
@@ -174,7 +174,7 @@ impl PlacementCheck<'_> {
     fn fastest_near(&self, contact: &Contact, motions: &[Motion]) -> Motion {
         let bodies = contact.key.bodies().map(|body| motions[body]);
         let own = bodies.min().unwrap_or(Motion::Rests);
-        let colliders = self.colliders_of(contact).filter(|_| own != Motion::Moves);
+        let colliders = self.partners.colliders_of(contact).filter(|_| own != Motion::Moves);
         let Some(numbers) = colliders.map(|of| of.map(|(number, _)| number)) else {
             return Motion::Moves;
         };
@@ -190,7 +190,7 @@ impl PlacementCheck<'_> {
     /// Error of a loaded contact between two pieces (eq. 18g) (m); 0 if it is where they touch. NaN if
     /// the world does not have its pieces.
     fn error(&self, contact: &Contact, scratch: &mut PlacementScratch) -> f64 {
-        let Some(named) = self.colliders_of(contact) else { return f64::NAN };
+        let Some(named) = self.partners.colliders_of(contact) else { return f64::NAN };
         let (poses, is_end) =
             if contact.bounces() { (self.start, false) } else { (self.end, true) };
         let pieces = named.map(|(_, collider)| placed(self.world, poses, collider).0);
@@ -249,7 +249,7 @@ impl PlacementCheck<'_> {
 
     /// True if a contact with this `error` (18g) (m) is not where its pieces touch. A NaN is an error too.
     fn is_misplaced(&self, contact: &Contact, error: f64) -> bool {
-        let Some(colliders) = self.colliders_of(contact) else { return true };
+        let Some(colliders) = self.partners.colliders_of(contact) else { return true };
         let sizes = colliders.map(|(_, collider)| size(placed(self.world, self.end, collider).0));
         let is_small = error <= MISPLACED * sizes[0].min(sizes[1]);
         !is_small
@@ -291,21 +291,6 @@ impl PlacementCheck<'_> {
         let is_other = |m: &Vector3<f64>| normal.dot(m).abs() < along;
         let best = of.best_exposed_face(poses, &[self.start, self.end], is_other, scratch);
         best.is_none_or(|best| best.height < -allowed.overlap)
-    }
-
-    /// Colliders of a contact with their numbers, A first.
-    fn colliders_of(&self, contact: &Contact) -> Option<[(usize, Collider); 2]> {
-        let pair = contact.key.pair?;
-        let of = |owner: PieceOwner, piece: usize| {
-            let number = self.partners.number(owner, piece)?;
-            Some((number, Collider { owner, piece }))
-        };
-        let owner = match contact.key.partner {
-            Partner::Body(body) => PieceOwner::Body(body),
-            Partner::Fixed(index) => PieceOwner::Fixed(index),
-            Partner::Ground => return None,
-        };
-        Some([of(PieceOwner::Body(contact.key.body), pair.pieces.0)?, of(owner, pair.pieces.1)?])
     }
 
     /// The colliders of a contact, for a terrain with the triangle at the contact. A plane of a terrain
@@ -372,7 +357,7 @@ impl PlacementCheck<'_> {
             Partner::Body(other) if other < contact.key.body => [second, first],
             _ => [first, second],
         };
-        let colliders = self.colliders_of(contact)?.map(|(_, collider)| collider);
+        let colliders = self.partners.colliders_of(contact)?.map(|(_, collider)| collider);
         let edge = |side: usize| {
             let (piece, pose) = placed(self.world, poses, colliders[side]);
             let ends = piece.core().edges().get(numbers[side] as usize)?.vertices;

@@ -77,7 +77,7 @@ fn nearest_on_segment(p: &V, from: &V, to: &V) -> V {
 }
 
 /// Distance of two segments (m): the ends against the other segment, and the lines where they cross.
-fn of_segments(p: [V; 2], q: [V; 2]) -> f64 {
+fn segment_distance(p: [V; 2], q: [V; 2]) -> f64 {
     let ends = |p: &[V; 2], q: &[V; 2]| {
         let each = p.iter().map(|end| (nearest_on_segment(end, &q[0], &q[1]) - end).norm());
         each.fold(f64::INFINITY, f64::min)
@@ -134,7 +134,7 @@ fn reference(a: (&Hull, &[V]), b: (&Hull, &[V])) -> f64 {
     let mut least = f64::INFINITY;
     for u in &edges_a {
         for v in &edges_b {
-            least = least.min(of_segments(*u, *v));
+            least = least.min(segment_distance(*u, *v));
         }
     }
     for (one, other) in [(a, b), (b, a)] {

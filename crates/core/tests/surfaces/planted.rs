@@ -125,3 +125,26 @@ fn contact_of_a_body_that_crosses_a_joint_of_tiles_has_no_error() {
     assert_eq!(beyond(1e-3, Vector3::z()), 0.0);
     assert!(beyond(6e-6, Vector3::x()) > 1e-3);
 }
+
+/// A cube that ends deeper in a tile than it began has lost a contact, and one that stays deep or is lifted has not.
+#[test]
+fn a_cube_that_sinks_into_a_tile_is_found() {
+    let body = standing("cube", &mut Random::new(1));
+    let tile = block([-1.0, -1.0, -0.2], [1.0, 1.0, 0.0]);
+    let world = world(&body.body, false, 0.5).with_fixed(vec![tile]).unwrap();
+    let at = |depth: f64| {
+        let state = body.at([0.0, 0.0], 0.0, [0.0; 3]);
+        [State { position: state.position - Vector3::z() * depth, ..state }]
+    };
+    let mut candidates = Candidates::new();
+    let mut sinks = |from: f64, to: f64| candidates.sunk_pair(&world, &at(from), &at(to));
+    let pair = [Partner::Body(0), Partner::Fixed(0)];
+    assert_eq!(sinks(0.0, 1e-4), Some(pair));
+    assert_eq!(sinks(-1e-4, 1e-4), Some(pair));
+    assert_eq!(sinks(1e-3, 1.1e-3), Some(pair));
+    // 10⁻⁴ of the cube's reach of at least 0.14 m is allowed.
+    assert_eq!(sinks(0.0, 1.3e-5), None);
+    assert_eq!(sinks(1e-3, 1e-3), None);
+    assert_eq!(sinks(1e-3, 5e-4), None);
+    assert_eq!(sinks(0.0, -1e-3), None);
+}

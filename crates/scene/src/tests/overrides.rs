@@ -36,7 +36,7 @@ fn fields_of_tables_and_entries_are_set() {
     assert_eq!(found["solver"]["name"].as_str(), Some("native"));
 }
 
-/// As the manual says: "Numbers of a vector are joined by commas."
+/// The manual says: "Numbers of a vector are joined by commas."
 #[test]
 fn numbers_joined_by_commas_are_a_vector() {
     let found = with(&[

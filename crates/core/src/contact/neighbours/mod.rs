@@ -88,7 +88,7 @@ pub(super) struct Neighbours {
     collisions: Vec<Collision>,
     /// First collision of each body, as a fraction of the trajectory.
     met: Vec<f64>,
-    /// How deep each body sinks into its known contacts.
+    /// Overlap of each body with its known contacts in a prediction.
     sunk: Vec<Sunk>,
     /// First pair whose collision the step passes or misses.
     missed: Option<[Partner; 2]>,

@@ -1,13 +1,13 @@
 //! Contacts that are not where their pieces touch, and those that the next searches of the same step find
 //! instead of them.
 
-use super::super::collider::{PieceOwner, placed, size};
+use super::super::Contact;
+use super::super::collider::{placed, size};
 use super::super::collision::BAND;
 use super::super::contact_builder::ContactBuilder;
 use super::super::contact_filter::{SAME_GAP, has_plane_of, unknown_plane};
 use super::super::exposure::{ContactSearch, Exposure};
 use super::super::owner::plane_of;
-use super::super::{Contact, Partner};
 use super::Neighbours;
 use crate::geometry::signed_distance;
 use crate::mechanics::State;
@@ -59,20 +59,9 @@ impl Neighbours {
         replaced.substitutes.retain(|contact| !has_plane_of(&misplaced, contact));
         let mut done = Vec::new();
         for contact in &misplaced {
-            let Some(pieces) = contact.key.pair.map(|pair| pair.pieces) else { continue };
-            let owner = match contact.key.partner {
-                Partner::Body(body) => PieceOwner::Body(body),
-                Partner::Fixed(index) => PieceOwner::Fixed(index),
-                Partner::Ground => continue,
-            };
-            let numbers = [
-                partners.number(PieceOwner::Body(contact.key.body), pieces.0),
-                partners.number(owner, pieces.1),
-            ];
-            let is_pair = |pair: [usize; 2]| {
-                let pair = pair.map(Some);
-                pair == numbers || [pair[1], pair[0]] == numbers
-            };
+            let Some(sides) = partners.colliders_of(contact) else { continue };
+            let numbers = sides.map(|(number, _)| number);
+            let is_pair = |pair: [usize; 2]| pair == numbers || [pair[1], pair[0]] == numbers;
             let Some(pair) = memory.pairs.iter_mut().find(|pair| is_pair(pair.colliders)) else {
                 continue;
             };
