@@ -140,7 +140,9 @@ fn is_same(a: &Value, b: &Value) -> bool {
 /// Value of a text: TOML, a vector, or the text itself.
 fn parsed(value: &str) -> Value {
     let parsed = toml::from_str::<Table>(&format!("value = {value}"));
-    let parsed = parsed.ok().and_then(|mut table| table.remove("value"));
+    // A text of several lines could have other fields.
+    let alone = parsed.ok().filter(|table| table.len() == 1);
+    let parsed = alone.and_then(|mut table| table.remove("value"));
     parsed.or_else(|| vector(value)).unwrap_or_else(|| Value::String(value.to_owned()))
 }
 

@@ -36,6 +36,14 @@ fn fields_of_tables_and_entries_are_set() {
     assert_eq!(found["solver"]["name"].as_str(), Some("native"));
 }
 
+/// A value with a line break is a text, which no field with a number takes. Its further lines are no fields.
+#[test]
+fn a_value_is_one_value() {
+    let found = with(&["ground.friction=0.5\ntime_step = 0.1"]).unwrap();
+    assert_eq!(found["ground"]["friction"].as_str(), Some("0.5\ntime_step = 0.1"));
+    assert!(found.get("time_step").is_none());
+}
+
 /// The manual says: "Numbers of a vector are joined by commas."
 #[test]
 fn numbers_joined_by_commas_are_a_vector() {
