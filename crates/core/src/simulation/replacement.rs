@@ -2,9 +2,9 @@
 //!
 //! A plane stops an edge or a corner for the whole interval, also beside its face, and the plane across two
 //! edges does not rotate with them. If such a contact carries a force although the pieces do not touch there, the
-//! interval is solved again without it. If that ends with an overlap, the points in which the pieces are nearest to
-//! each other at the end of the first solution take its place. If neither ends with pieces that touch where forces
-//! act, the interval is taken with all contacts and marked.
+//! interval is solved again. The points in which the pieces are nearest to each other at the end of the first solution
+//! take its place, and if that fails, nothing does. If neither ends with pieces that touch where forces act, the first
+//! solution is taken and marked.
 
 use super::interval::Interval;
 use super::unphysical::UnphysicalCause;
@@ -34,7 +34,7 @@ pub(super) fn solve(
     let most = taken.overlap.max(LARGEST_OVERLAP * world.reach());
     let first = (taken.clone(), workspace.candidates.contacts().to_vec());
     let replaced = workspace.candidates.replaced().clone();
-    for has_substitutes in [false, true] {
+    for has_substitutes in [true, false] {
         workspace.candidates.replaced().clone_from(&replaced);
         workspace.candidates.replaced().has_substitutes = has_substitutes;
         let mut is_placed = false;
