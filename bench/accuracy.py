@@ -1,20 +1,27 @@
 """Errors of smooth motions against the time step and against the accuracy.
 
     python bench/accuracy.py target/release/tumble [MOTION...]
+    python bench/accuracy.py target/release/tumble --known [MOTION...]
 
 The argument is the program. The script prints the largest errors of positions and attitudes, and
 of velocities, with steps of 10, 5, 2 and 1 ms, and the orders between them. The reference is a run
 with the integrator leapfrog, extrapolated from steps of 0.1 and 0.2 ms, or twice as long ones. The last
 line of a motion has the errors of runs that keep an accuracy of 1e-3 to 1e-7 m.
+
+``--known`` compares runs that keep an accuracy with known ends (``known_motions.py``). It prints true errors
+over those that were asked for, and over the estimates; ``!`` is a run with marks.
 """
 
 import csv
+import json
 import math
 import re
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
+
+from known_motions import KNOWN, Known
 
 STEPS = (0.01, 0.005, 0.002, 0.001)
 ACCURACIES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
@@ -121,7 +128,56 @@ def main(program: str, motions: list[str]) -> None:
         print(f"{motion:16} accuracy  {found}", flush=True)
 
 
+def judged(program: str, known: Known, accuracy: float) -> tuple[float, float, bool, int]:
+    """True error of a run, its estimate, whether it has marks, and its intervals."""
+    steps = round(known.duration / known.time_step) + 1
+    head = f'name = "motion"\nsteps = {steps}\ntime_step = {known.time_step!r}\naccuracy = {accuracy!r}\n'
+    with tempfile.TemporaryDirectory() as folder:
+        scene, out = Path(folder) / "scene.toml", Path(folder) / "out"
+        scene.write_text(head + known.text)
+        ended = subprocess.run([program, "run", scene, "--out", out, "--quiet"], check=False)
+        if ended.returncode not in (0, 3):
+            sys.exit(f"{scene.read_text()}\nends with {ended.returncode}")
+        with (out / "states.csv").open() as table:
+            last = list(csv.reader(table))[-1]
+        with (out / "steps.csv").open() as table:
+            rows = [float(row["error_m"] or 0.0) for row in csv.DictReader(table)]
+        marks = json.loads((out / "run.json").read_text())["summary"]
+    true = max(abs(float(x) - y) for x, y in zip(last[3:], known.end, strict=False))
+    return true, sum(rows), bool(ended.returncode or marks.get("coarse") or marks.get("ambiguous")), len(rows)
+
+
+def judge(program: str, motions: list[str]) -> None:
+    """Prints a row for each known motion, and the shares of runs that keep their accuracy."""
+    asked, estimated, marks, growths = [], [], 0, 0
+    for motion in motions or KNOWN:
+        known = KNOWN[motion]()
+        runs = [judged(program, known, accuracy) for accuracy in ACCURACIES]
+        limits = [accuracy * known.duration for accuracy in ACCURACIES]
+        ratios = [true / limit for (true, *_), limit in zip(runs, limits, strict=True)]
+        # An error far below what was asked for says nothing about the estimate.
+        honest = [
+            true / max(estimate, 0.1 * limit) for (true, estimate, *_), limit in zip(runs, limits, strict=True)
+        ]
+        flags = [marked for _, _, marked, _ in runs]
+        numbers = " ".join(f"{x:8.2g}{'!' if marked else ' '}" for x, marked in zip(ratios, flags, strict=True))
+        others = " ".join(f"{x:8.2g}" for x in honest)
+        print(f"{motion:24} {numbers} | {others} | {' '.join(f'{count:6}' for *_, count in runs)}", flush=True)
+        asked += zip(ratios, flags, strict=True)
+        estimated += honest
+        marks += sum(flags)
+        errors = [true for true, *_ in runs]
+        growths += sum(b > 3.0 * a and b > limit for a, b, limit in zip(errors, errors[1:], limits[1:], strict=False))
+    count = len(asked)
+    print(f"{count} runs: {sum(x <= 1.0 for x, _ in asked)} keep what was asked, {sum(x <= 3.0 for x, _ in asked)} 3 times it,")
+    print(f"{sum(x <= 10.0 for x, _ in asked)} 10 times it; {sum(x > 10.0 and not marked for x, marked in asked)} miss it unmarked; {marks} marked;")
+    print(f"{sum(x <= 10.0 for x in estimated)} at most 10 times the estimate; {growths} errors grow with a smaller accuracy")
+
+
 if __name__ == "__main__":
     if len(sys.argv) < 2:
         sys.exit(__doc__)
-    main(sys.argv[1], sys.argv[2:])
+    if sys.argv[2:3] == ["--known"]:
+        judge(sys.argv[1], sys.argv[3:])
+    else:
+        main(sys.argv[1], sys.argv[2:])

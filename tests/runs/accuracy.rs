@@ -143,6 +143,135 @@ fn a_slide_ends_where_friction_stops_it() {
     }
 }
 
+/// Head of a scene with a floor of these coefficients and a flat block of 1 kg on it.
+fn block(friction: f64, static_friction: f64, more: &str) -> String {
+    format!(
+        "[ground]\nfriction = {friction:?}\nstatic_friction = {static_friction:?}\n[[bodies]]\nname = \"b\"\n\
+         box = [0.4, 0.4, 0.1]\nmass = 1.0\nposition = [0, 0, 0.05]\n{more}"
+    )
+}
+
+/// A block up a slope of 20° and back: the velocity at the turn is right too.
+#[test]
+fn a_block_turns_on_a_slope_in_time() {
+    let (sine, cosine) = 20f64.to_radians().sin_cos();
+    let [up, back] = [1.0, -1.0].map(|sign| G * (sine + sign * 0.2 * cosine));
+    let left = 1.0 - 2.0 / up;
+    let exact = -2.0 / up + 0.5 * back * left * left;
+    let gravity = format!("gravity = [{:?}, 0, {:?}]\n", G * sine, -G * cosine);
+    let text = gravity + &block(0.2, 0.2, "velocity = [-2, 0, 0]\n");
+    for accuracy in [1e-3, 1e-5, 1e-7] {
+        let end = at(&text, 1.0, accuracy)[0];
+        let error = (end.position.x - exact).abs();
+        assert!(error <= accuracy, "{accuracy:e}: {error:e}");
+        let error = (end.velocity.x - back * left).abs();
+        assert!(error <= accuracy, "{accuracy:e}: speed {error:e}");
+    }
+}
+
+/// A ball up a slope of 10° and back, whose rolling is resisted.
+#[test]
+fn a_ball_rolls_back_in_time() {
+    let (sine, cosine) = 10f64.to_radians().sin_cos();
+    let [up, back] = [1.0, -1.0].map(|sign| G * (sine + sign * 0.05 * cosine) / 1.4);
+    let left = 1.2 - 1.0 / up;
+    let exact = -0.5 / up + 0.5 * back * left * left;
+    let text = format!(
+        "gravity = [{:?}, 0, {:?}]\n[ground]\nfriction = 0.9\nrolling_friction = 0.005\n[[bodies]]\n\
+         name = \"b\"\nmass = 1.0\nsphere = 0.1\nposition = [0, 0, 0.1]\nvelocity = [-1, 0, 0]\nspin = [0, -10, 0]\n",
+        G * sine,
+        -G * cosine
+    );
+    for accuracy in [1e-3, 1e-5, 1e-7] {
+        let error = (at(&text, 1.2, accuracy)[0].position.x - exact).abs();
+        assert!(error <= accuracy, "{accuracy:e}: {error:e}");
+    }
+}
+
+/// Force that grows by 4 N/s: a block begins to slip at μ_s m g, and x = (μ_s − μ) g t²/2 + c t³/6 from then.
+#[test]
+fn a_growing_force_breaks_a_block_away_in_time() {
+    for most in [0.3, 0.5] {
+        let load = "load = { force = [[0, 0, 0, 0], [20, 80, 0, 0]], at = [0, 0, -0.05] }\n";
+        let since = 2.0 - most * G / 4.0;
+        let exact = 0.5 * (most - 0.3) * G * since.powi(2) + 4.0 / 6.0 * since.powi(3);
+        for accuracy in [1e-3, 1e-5, 1e-7] {
+            let end = at(&block(0.3, most, load), 2.0, accuracy)[0];
+            let error = (end.position.x - exact).abs();
+            assert!(error <= accuracy, "{most}, {accuracy:e}: {error:e}");
+        }
+    }
+}
+
+/// A spring holds a block on a belt of 0.1 m/s. It sticks until k x = μ_s m g; then x = μ g/ω² + A cos ω t + v/ω sin ω t
+/// with A = (μ_s − μ) g/ω².
+#[test]
+fn a_belt_takes_a_block_along_until_the_spring_breaks_it_away() {
+    let (belt, stiffness) = (0.1, 50f64);
+    let text = block(0.2, 0.3, &format!("velocity = [{belt:?}, 0, 0]\n"))
+        + &format!(
+            "[[surfaces]]\nof = \"ground\"\nvelocity = [{belt:?}, 0, 0]\n[[joints]]\nname = \"s\"\ntype = \"free\"\n\
+             bodies = \"b\"\nanchor_a = [0, 0, 0]\nanchor_b = [0, 0, 0.05]\nx = {{ stiffness = {stiffness:?} }}\n"
+        );
+    let omega = stiffness.sqrt();
+    let [broken, centre] = [0.3, 0.2].map(|friction| friction * G / stiffness);
+    let (sine, cosine) = (omega * (1.0 - broken / belt)).sin_cos();
+    let exact = centre + (broken - centre) * cosine + belt / omega * sine;
+    for accuracy in [1e-3, 1e-5, 1e-6] {
+        let error = (at(&text, 1.0, accuracy)[0].position.x - exact).abs();
+        assert!(error <= accuracy, "{accuracy:e}: {error:e}");
+    }
+}
+
+/// In a heap with located impacts, friction turns within microseconds. A turn is passed by at a thousandth of the step.
+#[test]
+fn a_heap_with_located_impacts_takes_few_intervals() {
+    let text = "impacts = \"located\"\n[ground]\nfriction = 0.3\n[[bodies]]\nname = \"b\"\nsphere = 0.02\n\
+                density = 2500.0\nposition = [0, 0, 0.03]\njitter = 0.009\n\
+                copies = { count = [2, 2, 3], step = [0.06, 0.06, 0.06] }\n";
+    let mut simulation = scene(text).simulation(&Arc::new(AtomicBool::new(false))).unwrap();
+    let mut record = StepRecord::new();
+    let mut intervals = 0;
+    for _ in 0..100 {
+        simulation.step(&mut record).unwrap();
+        assert!(record.status().is_solved(), "step {}: {:?}", record.index, record.status());
+        intervals += record.intervals().len();
+    }
+    assert!(intervals < 2500, "{intervals}");
+}
+
+/// A block that slides at 0.15 m/s has the kinetic friction until it stops after v²/(2 μ g), however short the
+/// steps are.
+#[test]
+fn a_slow_slide_has_the_kinetic_friction() {
+    for (accuracy, h) in [(1e-3, 5e-4_f64), (1e-3, 0.01), (1e-5, 5e-4)] {
+        let text = block(0.1, 0.5, "velocity = [0.15, 0, 0]\n");
+        let scene = scene(&format!("time_step = {h:?}\naccuracy = {accuracy:?}\n{text}"));
+        let mut simulation = scene.simulation(&Arc::new(AtomicBool::new(false))).unwrap();
+        run(&mut simulation, (0.2 / h).round() as u64);
+        let error = (simulation.state().position.x - 0.15 * 0.15 / (0.2 * G)).abs();
+        assert!(error <= 0.1 * accuracy, "{accuracy:e}, {h}: {error:e}");
+    }
+}
+
+/// Rolling friction turns with the ball across a slope: its error is of first order, and such steps say so.
+#[test]
+fn rolling_across_a_slope_is_marked() {
+    let (sine, cosine) = 15f64.to_radians().sin_cos();
+    let text = format!(
+        "gravity = [{:?}, 0, {:?}]\n[ground]\nfriction = 0.9\nrolling_friction = 0.01\n[[bodies]]\n\
+         name = \"b\"\nmass = 1.0\nsphere = 0.1\nposition = [0, 0, 0.1]\nvelocity = [0, 1, 0]\nspin = [-10, 0, 0]\n",
+        G * sine,
+        -G * cosine
+    );
+    let mut simulation = simulation(&text, 1e-6);
+    let mut record = StepRecord::new();
+    for _ in 0..10 {
+        simulation.step(&mut record).unwrap();
+        assert!(record.intervals().iter().any(|interval| interval.is_coarse));
+    }
+}
+
 /// Plastic impacts of edges: every run approaches the run with a finer accuracy.
 #[test]
 fn a_rocking_block_converges() {

@@ -59,7 +59,7 @@ impl StepJudge {
             match contact {
                 Ok(mut contact) => {
                     // The rows do not have the first solution, which may have held the contact.
-                    if contact.may_have_friction(&self.world, row.friction) {
+                    if contact.may_have_friction(&self.world, &step.states, row.friction) {
                         contact.law.friction = row.friction;
                     } else {
                         let index = row.index;

@@ -145,7 +145,7 @@ impl Candidates {
         self.rebound.set(world, states, &mut self.contacts);
     }
 
-    /// [Holds](Contact::hold) the contacts at these indices, which stop in the step `states` → `next`.
+    /// [Holds](Contact::hold) the contacts at these indices, which stop or break away in the step `states` → `next`.
     pub(crate) fn catch(&mut self, world: &World, states: &[State], next: &[State], at: &[usize]) {
         at.iter().for_each(|&place| self.contacts[place].hold(world, states, next));
     }

@@ -29,7 +29,7 @@ use super::Contact;
 use crate::kinematics::StepMap;
 use crate::mechanics::quaternion::rotation;
 use crate::mechanics::{Pose, State};
-use crate::world::World;
+use crate::world::{StickSpeed, World};
 use nalgebra::Vector3;
 
 /// Smallest slip with an offset, in units of the change of velocity that smooth accelerations
@@ -37,6 +37,10 @@ use nalgebra::Vector3;
 const FAST: f64 = 1.0;
 /// Slip along the initial one below which a contact has stopped, times the world's speed scale.
 const SLOWEST: f64 = 1e-9;
+/// Rounding error of a slip, times the world's speed scale.
+const ROUNDING: f64 = 1e-12;
+/// Distance of the friction from its limit at which it counts as reached, as a share of the limit.
+const AT_LIMIT: f64 = 1e-9;
 
 /// Motions of the bodies at the instant from which a step starts, for the offsets of slips.
 #[derive(Debug, Clone, Default)]
@@ -117,19 +121,52 @@ impl Contact {
         }
     }
 
-    /// Takes the friction of a contact without slip if the step `states` → `next` ends or reverses its slip.
+    /// Takes the friction of a contact without slip if the step `states` → `next` ends or reverses its slip, and
+    /// otherwise the kinetic one, because its slip begins.
     ///
     /// # Panics
     /// If a list has no state of one of the bodies.
     pub fn hold(&mut self, world: &World, states: &[State], next: &[State]) {
         if self.reverses(world, states, next, SLOWEST) {
             self.law.friction = self.friction_at(world, 0.0, 0.0);
+        } else {
+            self.law.friction = world.friction_between(self.key.body, self.key.partner);
         }
     }
 
-    /// True if this contact has the coefficient `friction`, or would have it without slip.
-    pub fn may_have_friction(&self, world: &World, friction: f64) -> bool {
-        friction == self.law.friction || friction == self.friction_at(world, 0.0, 0.0)
+    /// True if this contact has the coefficient `friction` in the step from `states`, would have it without slip, or
+    /// if its slip begins.
+    pub fn may_have_friction(&self, world: &World, states: &[State], friction: f64) -> bool {
+        let kinetic = || world.friction_between(self.key.body, self.key.partner);
+        friction == self.law.friction
+            || friction == self.friction_at(world, 0.0, 0.0)
+            || self.sticks_at(world, states) && friction == kinetic()
+    }
+
+    /// True if the contact has a static coefficient that acts up to a stick speed, and is slower at `states`.
+    fn sticks_at(&self, world: &World, states: &[State]) -> bool {
+        let has_limit = matches!(world.stick_speed(), StickSpeed::Limit(_));
+        self.law.static_friction.is_some_and(|most| {
+            let slip = self.initial_slip(world, states).norm();
+            has_limit && self.friction_at(world, slip, self.arc_slip(world, states)) == most
+        })
+    }
+
+    /// True if the contact has this `slip` (m/s) in a step from `states` in spite of its static friction. In a short
+    /// step the slip is small, but the friction in the `force` (N) is at its limit.
+    pub(crate) fn breaks_away(
+        &self,
+        world: &World,
+        states: &[State],
+        force: &Vector3<f64>,
+        slip: &Vector3<f64>,
+    ) -> bool {
+        let pressing = self.normal().dot(force);
+        let friction = (force - self.normal() * pressing).norm();
+        let is_at_limit = friction >= (1.0 - AT_LIMIT) * self.law.friction * pressing;
+        self.law.static_friction == Some(self.law.friction)
+            && slip.norm() > if is_at_limit { ROUNDING } else { SLOWEST } * world.speed_scale()
+            && self.sticks_at(world, states)
     }
 
     /// True if the contact has a static coefficient and has stopped within the step `states` → `next`: its slip
@@ -141,7 +178,8 @@ impl Contact {
         next: &[State],
         slowest: f64,
     ) -> bool {
-        if self.law.friction >= self.friction_at(world, 0.0, 0.0) {
+        let is_slower = self.law.friction < self.friction_at(world, 0.0, 0.0);
+        if !is_slower || self.sticks_at(world, states) {
             return false;
         }
         let before = self.initial_slip(world, states);
@@ -165,7 +203,7 @@ impl Contact {
     }
 
     /// Largest slip of points that stick, at an instant (m/s): h Σ |(ω × (ω × y))_t|, because they move along
-    /// arcs and a step along chords. The [gap that counts as none](World::touching_gap) over h is added.
+    /// arcs and a step along chords.
     fn arc_slip(&self, world: &World, states: &[State]) -> f64 {
         let point = states[self.key.body].position + self.arm;
         let arc = |body: usize| {
@@ -174,7 +212,7 @@ impl Contact {
             (inward - self.normal() * self.normal().dot(&inward)).norm()
         };
         let h = world.time_step();
-        h * self.key.bodies().map(arc).sum::<f64>() + world.touching_gap() / h
+        h * self.key.bodies().map(arc).sum::<f64>()
     }
 
     /// Share of the static coefficient in the friction of the step in `world`.

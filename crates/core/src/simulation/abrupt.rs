@@ -1,5 +1,6 @@
 //! Changes of velocity in a step that do not scale with h: impacts, ends of slips, stops of joints.
 
+use super::accuracy::CAUGHT;
 use super::interval::Interval;
 use super::islands::Islands;
 use super::leapfrog::Instants;
@@ -15,6 +16,9 @@ use nalgebra::Vector3;
 /// Slip or rate of an axis (m/s or rad/s, relative to the speed scale) below which it counts as
 /// standing still. Solutions are exact to about 1e-12.
 pub(super) const STILL: f64 = 1e-9;
+/// Change of velocity in a step by which friction is known to be below or above its limit (m/s, times the speed
+/// scale).
+const ROUNDING: f64 = 1e-11;
 /// Smallest part of a step that is divided at a turn, as a share of the step.
 const SOONEST: f64 = 1e-3;
 /// Share of a step in which the velocities of its start act, and of speeds that the curvature of the motion
@@ -30,6 +34,14 @@ pub(super) struct AbruptChanges {
     pub bodies: Vec<bool>,
     /// Bodies with an impact at one of their contacts.
     pub struck: Vec<bool>,
+    /// Bodies of islands in which a change does not vanish with the length of the step: other changes than ends
+    /// and turns of motions by friction.
+    pub jumps: Vec<bool>,
+    /// Largest velocity that the static friction of a contact takes too much in the step (m/s). Only with located
+    /// impacts.
+    pub lost: f64,
+    /// Largest error of an acceleration by the direction of a rolling moment (m/s²).
+    pub late: f64,
     /// The first [turn](super::turning) of the step.
     pub turn: Option<Turn>,
     /// Flags of the bodies whose motions turn where the step is being divided; empty in other steps.
@@ -51,6 +63,8 @@ pub(super) struct TakenStep<'a> {
     pub earlier: &'a [State],
     /// States after free flight.
     pub free: &'a [State],
+    /// States at its end with the velocities of the instant, if it is smooth; empty unless impacts are located.
+    pub ends: &'a [State],
     /// Forces and slips of the step before.
     pub past: &'a [ContactForce],
     pub contacts: &'a [Contact],
@@ -77,11 +91,34 @@ pub(super) enum TurningMotion {
     Joint(usize),
 }
 
-/// Way in which an axis of a joint stops.
-enum AxisStop {
-    /// At a limit.
-    Limit,
-    /// Dry friction stops it after this time from the start of the step (s), if it is a turn.
+/// Forces between two bodies, and the largest slip of their points.
+#[derive(Debug, Clone, Copy, Default)]
+struct PairFriction {
+    /// Friction (N, world), and the sum of normal forces (N).
+    tangential: Vector3<f64>,
+    normal: f64,
+    /// m/s.
+    slip: f64,
+}
+
+impl PairFriction {
+    fn add(&mut self, contact: &Contact, point: &ContactForce) {
+        let normal = contact.normal();
+        let pressing = normal.dot(&point.force);
+        self.tangential += point.force - normal * pressing;
+        self.normal += pressing;
+        if point.carries_force() {
+            self.slip = self.slip.max(point.slip.norm());
+        }
+    }
+}
+
+/// Kind of a change of velocity.
+#[derive(Debug, Clone, Copy)]
+enum Change {
+    /// Impact, stop at a limit, start of a joint: it does not vanish with the length of the step.
+    Jump,
+    /// Friction ends a motion, after this time from the start of the step (s) if it is a turn.
     Friction(Option<f64>),
 }
 
@@ -92,12 +129,13 @@ impl AbruptChanges {
     pub fn find(&mut self, step: &TakenStep<'_>) {
         let TakenStep { world, contacts, solution, resting, .. } = step;
         let count = step.states.len();
-        for flags in [&mut self.bodies, &mut self.struck, &mut self.others] {
+        for flags in [&mut self.bodies, &mut self.struck, &mut self.jumps, &mut self.others] {
             flags.clear();
             flags.resize(count, false);
         }
         self.turns.clear();
         self.turn = None;
+        (self.lost, self.late) = (0.0, 0.0);
         self.index.clear();
         let pairs = contacts.iter().zip(&solution.contacts).enumerate();
         let rests = |key: &ContactKey| resting.get(key.body) == Some(&true);
@@ -105,32 +143,36 @@ impl AbruptChanges {
         for (place, (contact, force)) in pairs {
             let past = self.index.find(step.past, &contact.key, place);
             let turns = self.turning.get(contact.key.body) == Some(&true);
+            let motion = TurningMotion::Slip(contact.key);
+            if world.has_turning_friction() {
+                self.late = self.late.max(step.late_rolling(contact, &solution.moment(place)));
+            }
             if step.is_impact(contact) || step.lands(contact) {
                 contact.key.bodies().for_each(|body| self.struck[body] = true);
-                self.add(contact.key.bodies(), None);
+                self.add(contact.key.bodies(), Change::Jump, motion);
             } else if step.ends_impact(contact) {
-                self.add(contact.key.bodies(), None);
+                self.add(contact.key.bodies(), Change::Jump, motion);
             } else if !turns && step.ends_slip(contact, force, past) {
-                let motion = TurningMotion::Slip(contact.key);
-                self.add(
-                    contact.key.bodies(),
-                    step.turn_of_slip(contact).map(|time| (time, motion)),
-                );
+                let time = step.turn_of_slip(contact);
+                self.add(contact.key.bodies(), Change::Friction(time), motion);
             } else if !turns && step.ends_turning(contact) {
-                self.add(contact.key.bodies(), None);
+                self.add(contact.key.bodies(), Change::Friction(None), motion);
             }
+        }
+        if let Some(accuracy) = world.impact_accuracy() {
+            self.find_breaks(step, CAUGHT * accuracy);
         }
         for (index, joint) in world.joints().iter().enumerate() {
             let Some(force) = solution.joints.get(index) else { continue };
             let bodies = [Some(joint.body()), joint.other()].into_iter().flatten();
             let turns = self.turning.get(joint.body()) == Some(&true);
+            let motion = TurningMotion::Joint(index);
             match step.stop(joint, &force.angles) {
-                Some(AxisStop::Friction(_)) if turns => {}
-                Some(AxisStop::Friction(turn)) => {
-                    self.add(bodies, turn.map(|time| (time, TurningMotion::Joint(index))));
+                Some(Change::Friction(_)) if turns => {}
+                Some(change) => self.add(bodies, change, motion),
+                None if step.is_pulled(joint, &force.angles) => {
+                    self.add(bodies, Change::Jump, motion);
                 }
-                Some(AxisStop::Limit) => self.add(bodies, None),
-                None if step.is_pulled(joint, &force.angles) => self.add(bodies, None),
                 None => {}
             }
         }
@@ -141,13 +183,47 @@ impl AbruptChanges {
         }
     }
 
-    /// Adds a change of these `bodies`: a turn at a time (s), or another one.
-    fn add(&mut self, bodies: impl Iterator<Item = usize>, turn: Option<(f64, TurningMotion)>) {
+    /// Finds pairs of bodies whose static friction is overcome in the step, where it takes a velocity of more than
+    /// `allowed` (m/s). Points of a pair may be at their limits while others hold it.
+    fn find_breaks(&mut self, step: &TakenStep<'_>, allowed: f64) {
+        let pair = |key: &ContactKey| (key.body, key.partner);
+        let forces = &step.solution.contacts;
+        let mut place = 0;
+        while place < forces.len() {
+            let first = &step.contacts[place];
+            let same = |force: &&ContactForce| pair(&force.key) == pair(&first.key);
+            let group = place..place + forces[place..].iter().take_while(same).count().max(1);
+            place = group.end;
+            let turns = self.turning.get(first.key.body) == Some(&true);
+            let is_known = first.key.bodies().any(|body| self.bodies[body]);
+            if is_known || step.resting.get(first.key.body) == Some(&true) {
+                continue;
+            }
+            let [mut now, mut past] = [PairFriction::default(); 2];
+            for place in group {
+                let (contact, force) = (&step.contacts[place], &forces[place]);
+                now.add(contact, force);
+                if let Some(force) = self.index.find(step.past, &contact.key, place) {
+                    past.add(contact, force);
+                }
+            }
+            if let Some(lost) = step.lost(first, [past, now], turns).filter(|lost| *lost > allowed)
+            {
+                self.lost = self.lost.max(lost);
+                let motion = TurningMotion::Slip(first.key);
+                self.add(first.key.bodies(), Change::Friction(None), motion);
+            }
+        }
+    }
+
+    /// Adds a `change` of a `motion` of these `bodies`.
+    fn add(&mut self, bodies: impl Iterator<Item = usize>, change: Change, motion: TurningMotion) {
         for body in bodies {
             self.bodies[body] = true;
-            match turn {
-                Some((time, motion)) => self.turns.push(Turn { body, time, motion }),
-                None => self.others[body] = true,
+            self.jumps[body] |= matches!(change, Change::Jump);
+            match change {
+                Change::Friction(Some(time)) => self.turns.push(Turn { body, time, motion }),
+                Change::Friction(None) | Change::Jump => self.others[body] = true,
             }
         }
     }
@@ -155,8 +231,8 @@ impl AbruptChanges {
     /// Extends the changes to the islands of their bodies. The turn is the first one in an island without other
     /// changes.
     fn spread(&mut self) {
-        let Self { bodies, others, changed, islands, turns, .. } = self;
-        for flags in [others, &mut *bodies] {
+        let Self { bodies, jumps, others, changed, islands, turns, .. } = self;
+        for flags in [jumps, others, &mut *bodies] {
             changed.clear();
             changed.resize(flags.len(), false);
             for body in (0..flags.len()).filter(|body| flags[*body]) {
@@ -190,18 +266,56 @@ impl AbruptChanges {
     }
 }
 
-/// True if a motion ends or turns back from `before` to `now`, or would do so in half of another step.
-/// `kick` is the time of the change, in lengths of the interval.
-fn ends(before: &Vector3<f64>, now: &Vector3<f64>, least: f64, kick: f64) -> bool {
-    let along = now.dot(before);
-    let turns_soon = || (1.0 + 2.0 * kick) * now.norm_squared() < along;
-    before.norm() > least && (now.norm() <= least || along < 0.0 || turns_soon())
+/// Speeds (m/s or rad/s) below which a motion stands still.
+#[derive(Debug, Clone, Copy)]
+struct StillSpeeds {
+    /// Speed at the start of a step, to which its velocities are known.
+    before: f64,
+    /// Speed in a step.
+    now: f64,
+}
+
+impl StillSpeeds {
+    /// Speeds that move a point at this distance (m) from an axis as fast.
+    fn about(self, reach: f64) -> Self {
+        Self { before: self.before / reach, now: self.now / reach }
+    }
+
+    /// True if a motion ends or turns back from `before` to `now`, or at the `end` of the step. Without one, it would
+    /// do so in half of another step: `kick` is the time of the change, in lengths of the interval.
+    fn ends(
+        self,
+        before: &Vector3<f64>,
+        now: &Vector3<f64>,
+        end: Option<Vector3<f64>>,
+        kick: f64,
+    ) -> bool {
+        let along = now.dot(before);
+        let turns_soon = || match end {
+            Some(end) => now.dot(&end) < 0.0,
+            None => (1.0 + 2.0 * kick) * now.norm_squared() < along,
+        };
+        before.norm() > self.before && (now.norm() <= self.now || along < 0.0 || turns_soon())
+    }
 }
 
 impl TakenStep<'_> {
     /// Time of the changes of velocity at a contact, in lengths of the interval.
     fn kick(&self, contact: &Contact) -> f64 {
         contact.key.bodies().map(|body| self.world.kick(body)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Speeds below which a motion stands still in this step. At its start each of two bodies has an error of up to a
+    /// tenth of the accuracy.
+    fn still(&self) -> StillSpeeds {
+        let now = STILL * self.world.speed_scale();
+        let known = self.world.impact_accuracy().map_or(0.0, |accuracy| 2.0 * CAUGHT * accuracy);
+        StillSpeeds { before: now.max(known), now }
+    }
+
+    /// True if a body of `contact` starts. Slips before belong to another motion.
+    fn starts(&self, contact: &Contact) -> bool {
+        contact.key.bodies().any(|body| self.world.before().get(body) == Some(&0.0))
     }
 
     /// True if the touching points approach faster than smooth accelerations explain in a step.
@@ -216,7 +330,8 @@ impl TakenStep<'_> {
             (force.key.body, force.key.partner) == (contact.key.body, contact.key.partner)
         };
         let mut past = self.past.iter().filter(|force| is_same(force));
-        contact.gap > self.world.touching_gap() && !past.any(ContactForce::carries_force)
+        contact.gap > self.world.touching_gap()
+            && (self.starts(contact) || !past.any(ContactForce::carries_force))
     }
 
     /// True if the touching points still approach after an impact in the interval before. The velocity of its
@@ -236,9 +351,52 @@ impl TakenStep<'_> {
         now: &ContactForce,
         past: Option<&ContactForce>,
     ) -> bool {
-        let least = STILL * self.world.speed_scale();
-        let initial = || contact.initial_slip(self.world, self.states);
-        ends(&past.map_or_else(initial, |past| past.slip), &now.slip, least, self.kick(contact))
+        let initial = |states: &[State]| contact.initial_slip(self.world, states);
+        let before = past.filter(|_| !self.starts(contact));
+        let before = before.map_or_else(|| initial(self.states), |past| past.slip);
+        let end = (!self.ends.is_empty()).then(|| initial(self.ends));
+        self.still().ends(&before, &now.slip, end, self.kick(contact))
+    }
+
+    /// Velocity that the friction of a sticking pair takes too much (m/s), if it is overcome in this step; `first` is
+    /// a contact of it. The share ρ of friction in the normal force goes on from the kick before to the present one,
+    /// and on to the end:
+    ///
+    /// ```text
+    /// ρ⁺ = ρ + (ρ − ρ⁻) t⁺/t,   δ = (|ρ⁺| − μ) f_n h/m   if |ρ| < μ_s < |ρ⁺|          (eq. 41b)
+    /// ```
+    ///
+    /// If it slips in the step, the kinetic friction may act too early: |ρ⁺| = μ_s. Where the step begins as it
+    /// `breaks` away, it does not.
+    fn lost(&self, first: &Contact, pair: [PairFriction; 2], breaks: bool) -> Option<f64> {
+        let Self { world, .. } = self;
+        let still = self.still();
+        let [past, now] = pair;
+        let slips = now.slip > still.now;
+        let presses = past.normal.min(now.normal) > 0.0;
+        if past.slip > still.before || !presses || slips && breaks {
+            return None;
+        }
+        let last = first.key.bodies().find_map(|body| self.instants.last_kick(body))?;
+        let (h, kick) = (world.time_step(), self.kick(first));
+        let masses = first.key.bodies().map(|body| world.bodies()[body].mass());
+        let mass = masses.fold(f64::INFINITY, f64::min);
+        let change = now.normal * h / (kick * mass);
+        let kinetic = world.friction_between(first.key.body, first.key.partner);
+        if slips {
+            return Some((first.law.static_friction? - kinetic) * change);
+        }
+        // t⁺/t, for loads in the middle of a kick and for springs at the start of an interval.
+        let ahead = 0.5 * h * (1.0 + kick);
+        let growth = (ahead / (last.middle + h - ahead)).max(h / last.start);
+        let [past, now] = [past, now].map(|pair| pair.tangential / pair.normal);
+        let end = now + (now - past) * growth;
+        let most = first.law.friction;
+        let [below, above] = [most - now.norm(), end.norm() - most];
+        let rounding = ROUNDING * world.speed_scale() / change;
+        // A step that should begin with the break may have a slip within the rounding error.
+        let is_overcome = below.min(above) > rounding || breaks && below < rounding;
+        is_overcome.then(|| (end.norm() - kinetic.min(most)) * change)
     }
 
     /// Time after the start at which the slip of a contact ends, see [`Self::turn`] (s).
@@ -284,21 +442,39 @@ impl TakenStep<'_> {
             return false;
         }
         let TurningFriction { rolling, torsional } = friction;
-        let turning = |states: &[State]| {
-            let of = |body: usize| rotation(&self.states[body].attitude) * states[body].spin;
-            of(contact.key.body) - contact.key.partner.body().map_or(Vector3::zeros(), of)
-        };
-        let normal = contact.normal();
-        let [before, now] = [self.states, &self.solution.states].map(|states| {
-            let turning = turning(states);
-            let about = normal * normal.dot(&turning);
-            (turning - about, about)
-        });
+        let parts = |states: &[State]| self.turning(contact, states);
+        let [before, now] = [self.states, &self.solution.states].map(parts);
+        let end = (!self.ends.is_empty()).then(|| parts(self.ends)).unzip();
         let reach = self.world.bodies()[contact.key.body].reach();
-        let least = STILL * self.world.speed_scale() / reach;
+        let still = self.still().about(reach);
         let kick = self.kick(contact);
-        rolling > 0.0 && ends(&before.0, &now.0, least, kick)
-            || torsional > 0.0 && ends(&before.1, &now.1, least, kick)
+        rolling > 0.0 && still.ends(&before.0, &now.0, end.0, kick)
+            || torsional > 0.0 && still.ends(&before.1, &now.1, end.1, kick)
+    }
+
+    /// Angular velocity of A relative to B with the spins of `states`: along the tangents, and about the normal
+    /// (rad/s).
+    fn turning(&self, contact: &Contact, states: &[State]) -> (Vector3<f64>, Vector3<f64>) {
+        let of = |body: usize| rotation(&self.states[body].attitude) * states[body].spin;
+        let other = contact.key.partner.body().map_or(Vector3::zeros(), of);
+        let turning = of(contact.key.body) - other;
+        let about = contact.normal() * contact.normal().dot(&turning);
+        (turning - about, about)
+    }
+
+    /// Error of the acceleration (m/s²) by a rolling moment that opposes the angular velocity of the step and not
+    /// that of its start. It is of first order in the length.
+    fn late_rolling(&self, contact: &Contact, moment: &Vector3<f64>) -> f64 {
+        let [start, now] = [&self.instants.states, &self.solution.states];
+        let [start, now] = [start, now].map(|states| self.turning(contact, states).0);
+        let body = &self.world.bodies()[contact.key.body];
+        let least = STILL * self.world.speed_scale() / body.reach();
+        if start.norm().min(now.norm()) <= least {
+            return 0.0;
+        }
+        let size = start.norm() * now.norm();
+        let moment = (moment - contact.normal() * contact.normal().dot(moment)).norm();
+        moment / self.kick(contact) * start.cross(&now).norm() / (size * body.mass() * body.reach())
     }
 
     /// True if a body of `joint` starts with a velocity that its locked axes do not allow, or that its
@@ -332,7 +508,7 @@ impl TakenStep<'_> {
 
     /// Way in which an axis of `joint` comes to a limit, or its dry friction stops it or turns.
     /// `angles` are its angles at the end of the step (rad).
-    fn stop(&self, joint: &Joint, angles: &Vector3<f64>) -> Option<AxisStop> {
+    fn stop(&self, joint: &Joint, angles: &Vector3<f64>) -> Option<Change> {
         let has_jump = |axis: &Axis| match axis {
             Axis::Free(drive) => drive.limits.is_some() || drive.rubs(),
             Axis::Locked => false,
@@ -352,19 +528,19 @@ impl TakenStep<'_> {
         let before = numbers(&before);
         let after = numbers(&after);
         let place = numbers(&(end.place, turns));
-        let least = STILL * self.world.speed_scale();
+        let still = self.still();
         let kick = bodies().map(|body| self.world.kick(body)).fold(f64::INFINITY, f64::min);
         let mut stop = None;
         for (k, axis) in axes().enumerate() {
             let Axis::Free(drive) = axis else { continue };
             let is_at = |limit: f64| (place[k] - limit).abs() <= AT_LIMIT;
             if drive.limits.is_some_and(|limits| limits.into_iter().any(is_at))
-                && before[k].abs() > least
+                && before[k].abs() > still.now
             {
-                return Some(AxisStop::Limit);
+                return Some(Change::Jump);
             }
             let along = |rate: f64| Vector3::x() * rate;
-            if drive.rubs() && ends(&along(before[k]), &along(after[k]), least, kick) {
+            if drive.rubs() && still.ends(&along(before[k]), &along(after[k]), None, kick) {
                 let soon = SOON * h;
                 let turn = joint
                     .coasted(&self.instants.states, &self.world.step_map().over(soon))
@@ -372,7 +548,7 @@ impl TakenStep<'_> {
                         let start = numbers(&joint.rates(&now, &coasted, &turns, soon));
                         self.turn(bodies(), &along(before[k]), &along(start[k]))
                     });
-                stop = Some(AxisStop::Friction(turn));
+                stop = Some(Change::Friction(turn));
             }
         }
         stop

@@ -9,10 +9,11 @@
 //! h⁺ = h √(a h / e)                                                      (eq. 41)
 //! ```
 //!
-//! Bisection finds the longest interval without an [abrupt change](super::abrupt) of velocity. The change
-//! happens in an interval of length ε that follows. Its error ½ ε |w⁺ − w| is at most a tenth of the
-//! error of a second. Velocities go on from interval to interval, whatever their lengths (37), but islands with
-//! an abrupt change start at the velocities of the instant.
+//! Bisection finds the longest interval without an [abrupt change](super::abrupt) of velocity, to within ε. An
+//! impact happens in an interval of length ε that follows. Its error ½ ε |w⁺ − w| is at most a tenth of the
+//! error of a second. Where friction changes the acceleration, the next usual interval starts at the velocities of
+//! the instant, and |w⁺ − w| in ε is at most a tenth of the accuracy. Velocities go on from interval to interval,
+//! whatever their lengths (37), but islands with an abrupt change start at the velocities of the instant.
 
 use super::energy;
 use super::inputs::Inputs;
@@ -27,9 +28,12 @@ use crate::error::Error;
 use crate::world::{Impacts, Span, WINDOW, World};
 
 /// Share of the error of a second that an abrupt change may add.
-const CAUGHT: f64 = 0.1;
+pub(super) const CAUGHT: f64 = 0.1;
 /// Shortest interval (s). Gaps are known to about 1e-16 m, and 1e-16 m are 1e-7 m/s in 1e-9 s.
 const SHORTEST: f64 = 1e-9;
+/// Shortest interval up to a change of acceleration without an accuracy, as a share of the step. Changes in a heap
+/// follow each other within microseconds.
+const SHORTEST_TURN: f64 = 1e-3;
 /// Shortest interval of smooth motion (s).
 const SHORTEST_SMOOTH: f64 = 1e-6;
 /// Range of lengths that are wanted, in present lengths, in which the present one stays.
@@ -45,8 +49,8 @@ const FIRST: f64 = 0.125;
 /// Largest growth of a length, and intervals between two growths.
 const GROWTH: f64 = 2.0;
 const INTERVALS_PER_GROWTH: u32 = 4;
-/// Halvings of an interval that is not solved.
-const MOST_HALVINGS: u32 = 8;
+/// Shortest interval after one that is not solved, as a share of the step.
+const SHORTEST_RETRY: f64 = 1.0 / 256.0;
 /// Largest number of abrupt changes that are searched in a step. Later ones happen within their
 /// intervals.
 const MOST_CHANGES: u32 = 32;
@@ -66,13 +70,15 @@ pub(super) struct Pace {
     pub usual: f64,
 }
 
-/// Search for an abrupt change: lengths of an interval without it and of one with it, and their largest
-/// difference at its end (s).
+/// Search for an abrupt change.
 #[derive(Debug, Clone, Copy)]
 struct Search {
+    /// Lengths of an interval without it and of one with it, and their largest difference at its end (s).
     low: f64,
     high: f64,
     tolerance: f64,
+    /// True if the velocity jumps in the longer interval, and not only the acceleration.
+    jumps: bool,
 }
 
 /// Equal intervals of the rest of a step.
@@ -115,11 +121,15 @@ struct Schedule {
     search: Option<Search>,
     /// Lengths of the next intervals that are taken as they are (s): up to an abrupt change, and with it.
     fixed: [f64; 2],
-    /// Intervals with rejected ones, abrupt changes found, halvings of intervals that are not solved,
-    /// and intervals of the present length.
+    /// True if the acceleration changes at the end of the next fixed interval, and at the start of the next one:
+    /// that begins at the velocities of the instant.
+    turns: bool,
+    has_turned: bool,
+    /// True if the intervals are shorter because one was not solved.
+    is_halved: bool,
+    /// Intervals with rejected ones, abrupt changes found, and intervals of the present length.
     attempts: u32,
     changes: u32,
-    halvings: u32,
     streak: u32,
 }
 
@@ -157,9 +167,11 @@ impl Schedule {
             plan: Plan::even(whole, first, pace.length),
             search: None,
             fixed: [0.0; 2],
+            turns: false,
+            has_turned: false,
+            is_halved: false,
             attempts: 0,
             changes: 0,
-            halvings: 0,
             streak: 0,
         }
     }
@@ -177,16 +189,19 @@ impl Schedule {
     /// Usual length for the next interval, of `length` (s), over which errors of position are removed. It is
     /// its own length if only the estimate of its error limits it.
     fn usual(&self, length: f64) -> f64 {
-        let is_planned = self.fixed[0] == 0.0 && self.search.is_none() && self.halvings == 0;
+        let is_planned = self.fixed[0] == 0.0 && self.search.is_none() && !self.is_halved;
         let is_usual = is_planned && self.plan.is_usual && length > SHORTEST_SMOOTH;
         if self.smooth.is_some() && is_usual { length } else { self.usual.max(length) }
     }
 
     /// Judges an interval of `length` (s) with these errors, and plans the next one.
     fn judge(&mut self, length: f64, is_solved: bool, errors: &AddedError) -> Judgement {
-        let AddedError { smooth, abrupt, velocity, .. } = *errors;
+        let AddedError { smooth, velocity, jumped, turned, .. } = *errors;
         let caught = CAUGHT * self.accuracy;
-        let misses = abrupt > caught && length > SHORTEST;
+        let jumps = jumped > caught && length > SHORTEST;
+        // An error of the velocity remains for seconds.
+        let shortest_turn = self.smooth.map_or(SHORTEST_TURN * self.whole, |_| SHORTEST);
+        let misses = jumps || turned > caught && length > shortest_turn;
         let allowed = self.accuracy * length;
         // Eq. 41; an error of the velocity is of third order as well, and remains for seconds.
         let growth = (allowed / smooth).sqrt().min(libm::cbrt(caught / velocity));
@@ -201,11 +216,13 @@ impl Schedule {
         if !is_fixed && self.attempts < MOST_INTERVALS {
             let closer = self.search.map(|search| Search { low: length, ..search });
             let closer = closer.filter(|closer| closer.high - closer.low > closer.tolerance);
-            if !is_solved && self.halvings < MOST_HALVINGS {
-                self.halvings += 1;
+            if !is_solved && length > SHORTEST_RETRY * self.whole {
+                self.is_halved = true;
                 self.plan_anew(0.5 * length, 0.0);
             } else if misses && self.changes < MOST_CHANGES {
-                self.narrow(length, (caught * length / abrupt).max(SHORTEST));
+                let (change, shortest) =
+                    if jumps { (jumped, SHORTEST) } else { (turned, shortest_turn) };
+                self.narrow(length, (caught * length / change).max(shortest), jumps);
             } else if is_long {
                 self.wanted = next;
                 self.plan_anew(next, 0.0);
@@ -222,18 +239,21 @@ impl Schedule {
     }
 
     /// Narrows the search for an abrupt change, which an interval of `length` (s) has, up to the
-    /// `tolerance` (s).
-    fn narrow(&mut self, length: f64, tolerance: f64) {
+    /// `tolerance` (s). `jumps` tells if the velocity jumps.
+    fn narrow(&mut self, length: f64, tolerance: f64, jumps: bool) {
         let low = self.search.map_or(0.0, |search| search.low);
         // A gap that just closes shows a small part of its impact.
-        let tolerance = self.search.map_or(tolerance, |search| search.tolerance.min(tolerance));
+        let same = self.search.filter(|search| search.jumps == jumps);
+        let tolerance = same.map_or(tolerance, |search| search.tolerance.min(tolerance));
         if length - low > tolerance {
-            self.search = Some(Search { low, high: length, tolerance });
+            self.search = Some(Search { low, high: length, tolerance, jumps });
             return;
         }
         self.changes += 1;
         let high = self.until_the_end(length);
-        self.fixed = if low > SHORTEST { [low, high - low] } else { [high, 0.0] };
+        self.turns = !jumps;
+        let after = if jumps { high - low } else { 0.0 };
+        self.fixed = if low > SHORTEST { [low, after] } else { [high, 0.0] };
         self.search = None;
     }
 
@@ -249,15 +269,25 @@ impl Schedule {
         if self.smooth.is_some() {
             self.usual = self.usual(length);
         }
-        (self.halvings, self.streak) = (0, self.streak + 1);
+        let was_halved = std::mem::take(&mut self.is_halved);
+        self.has_turned = std::mem::take(&mut self.turns);
+        self.streak += 1;
+        let share = self.smooth.map_or(1.0, |_| FIRST);
         if self.fixed[0] > 0.0 {
             self.fixed = [self.fixed[1], 0.0];
-            let share = self.smooth.map_or(1.0, |_| FIRST);
             self.plan_anew(share * self.wanted, length);
-        } else if let Some(Search { high, .. }) = self.search.take() {
+        } else if let Some(Search { high, jumps, .. }) = self.search.take() {
             // The interval ends within the tolerance before the change.
-            self.fixed = [self.until_the_end(high - length), 0.0];
-            self.plan_anew(self.wanted, length);
+            self.changes += 1;
+            if jumps {
+                self.fixed = [self.until_the_end(high - length), 0.0];
+                self.plan_anew(self.wanted, length);
+            } else {
+                self.has_turned = true;
+                self.plan_anew(share * self.wanted, length);
+            }
+        } else if was_halved {
+            self.plan_anew(next.min(GROWTH * length), length);
         } else {
             (self.wanted, self.plan.count) = (next, self.plan.count - 1);
             let grows = self.streak >= INTERVALS_PER_GROWTH && next >= STAYS[1] * length;
@@ -331,15 +361,7 @@ fn settle_instants(
 ) {
     let balance = EnergyBalance::new(world, &taken.claim(), taken.solution.loads());
     let mut rise = InstantRise::new(world, taken, &balance);
-    let forces = taken.solution.contacts.iter().filter(|force| force.carries_force());
-    let mut held = vec![false; taken.ends.len()];
-    forces.flat_map(|force| force.key.bodies()).for_each(|body| held[body] = true);
-    for joint in world.joints() {
-        [Some(joint.body()), joint.other()]
-            .into_iter()
-            .flatten()
-            .for_each(|body| held[body] = true);
-    }
+    let held = taken.held_bodies(world);
     for has_kick in [true, false] {
         if rise.is_small() {
             break;
@@ -402,6 +424,8 @@ fn intervals(
     record: &mut StepRecord,
 ) -> Result<(), Error> {
     let mut schedule = Schedule::new(world, moment.pace, moment.has_starts());
+    // Bodies of islands in which friction ends or turns a motion in the last interval that was rejected.
+    let mut turning = Vec::new();
     while let Some(length) = schedule.length() {
         let before = moment.clone();
         let usual = schedule.usual(length);
@@ -410,8 +434,13 @@ fn intervals(
             workspace.rest.end();
         }
         let is_window = length < WINDOW * usual.min(moment.pace.length);
+        let start = is_window || schedule.has_turned;
         let mut starts: Vec<bool> =
-            moment.arrivals.iter().map(|arrival| is_window || arrival.length == 0.0).collect();
+            moment.arrivals.iter().map(|arrival| start || arrival.length == 0.0).collect();
+        workspace.abrupt.turning.clear();
+        if schedule.has_turned {
+            workspace.abrupt.turning.extend_from_slice(&turning);
+        }
         loop {
             moment.start_where(&starts);
             moment.pace.length = length;
@@ -429,12 +458,17 @@ fn intervals(
         let is_solved = taken.report.status.is_solved();
         let judgement = schedule.judge(length, is_solved, &taken.errors);
         if judgement == Judgement::Rejected {
+            if taken.errors.turned > 0.0 {
+                turning.clone_from(&workspace.abrupt.bodies);
+            }
             record.truncate(record.intervals().len() - 1);
             *moment = before;
             workspace.forget();
             continue;
         }
-        taken.is_coarse = judgement == Judgement::TakenCoarse;
+        // Such an acceleration moves a body by the accuracy in a second.
+        let is_late = world.accuracy().is_some_and(|accuracy| taken.errors.late > accuracy);
+        taken.is_coarse = judgement == Judgement::TakenCoarse || is_late;
         let Some(part) = &mut taken.part else { continue };
         part.changeable = world.changeable();
         settle_instants(world, moment, workspace, taken);
@@ -442,6 +476,7 @@ fn intervals(
         let energies = ends.map(|states| Some(energy::at_instant(world, states)));
         taken.part.iter_mut().for_each(|part| part.energies = energies);
     }
+    workspace.abrupt.turning.clear();
     (moment.pace.wanted, moment.pace.usual) = (schedule.wanted, schedule.usual);
     Ok(())
 }

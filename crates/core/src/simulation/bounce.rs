@@ -253,7 +253,7 @@ impl Bounce {
     }
 
     /// Finds and stores the contacts that impulses of other contacts close, or those whose `slips` turn
-    /// around, in solved islands only. Returns true if there are any.
+    /// around or begin, in solved islands only. Returns true if there are any.
     fn find(
         &mut self,
         step: &Step<'_>,
@@ -268,7 +268,11 @@ impl Bounce {
         for (place, (contact, found)) in contacts.iter().zip(&solution.contacts).enumerate() {
             let bounces = self.impacts[self.islands.label(contact.key.body)].bounces;
             let presses = found.carries_force() && is_solved(contact.key.body);
-            let turns = || contact.reverses(step.world, step.states, &solution.states, -TURNED);
+            let next = &solution.states;
+            let turns = || {
+                contact.reverses(step.world, step.states, next, -TURNED)
+                    || contact.breaks_away(step.world, step.states, &found.force, &found.slip)
+            };
             if presses && if slips { turns() } else { bounces && contact.may_be_struck() } {
                 self.changed.push(place);
                 self.marked[self.islands.label(contact.key.body)] = true;

@@ -214,6 +214,19 @@ impl Interval {
         kick(&self.before, self.length, body, other)
     }
 
+    /// Flags of bodies with forces of contacts or with joints.
+    pub(super) fn held_bodies(&self, world: &World) -> Vec<bool> {
+        let mut held = vec![false; self.solution.states.len()];
+        let forces = self.solution.contacts.iter().filter(|force| force.carries_force());
+        forces.flat_map(|force| force.key.bodies()).for_each(|body| held[body] = true);
+        let joints = world.joints().iter();
+        joints
+            .flat_map(|joint| [Some(joint.body()), joint.other()])
+            .flatten()
+            .for_each(|body| held[body] = true);
+        held
+    }
+
     /// States, wrenches, contacts and forces, to be certified.
     pub fn claim(&self) -> Claim<'_> {
         let Self { states, wrenches, contacts, solution, .. } = self;

@@ -30,7 +30,6 @@ use super::inputs::Inputs;
 use super::interval::Interval;
 use super::moment::Moment;
 use super::workspace::Workspace;
-use crate::contact::ContactKey;
 use crate::mechanics::{State, Wrench};
 use crate::step::StepStatus;
 use crate::world::{Impacts, World};
@@ -55,11 +54,22 @@ pub(super) struct Instants {
 struct Motion {
     /// Time since the last impact (s).
     since: f64,
-    /// Time κ h of the last interval (s), and accelerations in it (m/s² and rad/s²); `None` if the
-    /// velocities changed abruptly.
-    acceleration: Option<(f64, [Vector3<f64>; 2])>,
+    /// The last kick, if the velocities did not change abruptly in it.
+    last: Option<LastKick>,
+    /// Accelerations in the last kick (m/s² and rad/s²), if they go on.
+    acceleration: Option<[Vector3<f64>; 2]>,
     /// Second derivatives of velocity (m/s³) and spin (rad/s³), from two accelerations.
     jerk: Option<[Vector3<f64>; 2]>,
+}
+
+/// Times since the change of velocity in an interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
+pub(super) struct LastKick {
+    /// Time from the middle of the kick to now (s).
+    pub middle: f64,
+    /// Time from the start of the interval to now (s).
+    pub start: f64,
 }
 
 impl Instants {
@@ -89,6 +99,11 @@ impl Instants {
     /// True if the acceleration of `body` is known in two intervals.
     pub(super) fn is_steady(&self, body: usize) -> bool {
         self.motions[body].jerk.is_some()
+    }
+
+    /// The last kick on `body`, if it was smooth.
+    pub(super) fn last_kick(&self, body: usize) -> Option<LastKick> {
+        self.motions[body].last
     }
 
     /// Takes the last step back, before which the velocities of the instant were those of `states`.
@@ -146,6 +161,13 @@ pub(crate) struct AddedError {
     /// Estimate (40) of bodies in smooth motion, and of those with an abrupt change of velocity (m).
     pub smooth: f64,
     pub abrupt: f64,
+    /// The latter of bodies whose velocity jumps (m).
+    pub jumped: f64,
+    /// Largest change of velocity where friction ends or turns a motion (m/s). It is the error of the velocity if
+    /// the motion turns.
+    pub turned: f64,
+    /// Error of an acceleration of first order in the length (m/s²), which is not in the other errors.
+    pub late: f64,
     /// Error of the velocity of the instant, from the change of the second differences (m/s).
     pub velocity: f64,
     /// True if a body moved by less than its error between two impacts: in the exact motion, they may
@@ -168,6 +190,49 @@ fn turning_spin(
     let h = world.time_step();
     let arriving = || rotation.arriving_spin(of.inertia(), of.inertia_inverse(), &next.spin, h);
     (torque == Vector3::zeros()).then(arriving)
+}
+
+/// What the change of velocity of a body in an interval says, if it is smooth.
+struct SmoothMotion {
+    /// Mean accelerations (m/s² and rad/s²), and their derivatives from two intervals.
+    acceleration: [Vector3<f64>; 2],
+    jerk: Option<[Vector3<f64>; 2]>,
+    /// State at the end with the velocities of the instant, without late inputs.
+    instant: State,
+}
+
+impl SmoothMotion {
+    /// Motion of `body` in an interval from `state` to `next`. If the interval `is_brief`, its change of velocity has
+    /// what removes the errors of V, and is no acceleration.
+    fn new(
+        world: &World,
+        motion: &Motion,
+        body: usize,
+        [state, next]: [&State; 2],
+        is_brief: bool,
+    ) -> Self {
+        let (h, kick) = (world.time_step(), world.kick(body));
+        let changed = [next.velocity - state.velocity, next.spin - state.spin];
+        let acceleration = changed.map(|changed| changed / (kick * h));
+        // Both accelerations act in the middles of their kicks.
+        let jerk = motion.acceleration.zip(motion.last).map(|(before, last)| {
+            let apart = last.middle + 0.5 * h * (1.0 - kick);
+            [0, 1].map(|k| (acceleration[k] - before[k]) / apart)
+        });
+        let mut instant = next.extrapolated(state, kick);
+        let is_located = world.impacts() == Impacts::Located;
+        if is_brief {
+            let before = motion.acceleration.filter(|_| is_located).unwrap_or_default();
+            instant.velocity = next.velocity + 0.5 * h * before[0];
+            instant.spin = next.spin + 0.5 * h * before[1];
+        } else if let Some([velocity, spin]) = jerk.filter(|_| is_located) {
+            // ∫ (t − centre of the kick) over the second half of the interval.
+            let moment = h * h * (0.125 + 0.25 * kick);
+            instant.velocity += moment * velocity;
+            instant.spin += moment * spin;
+        }
+        Self { acceleration, jerk, instant }
+    }
 }
 
 /// Velocities of the instant at the end of the interval `taken` from `moment` (eq. 37a), and the
@@ -201,12 +266,38 @@ pub(super) fn end(
         Some(before) => &before.states,
         None => &now.states,
     };
-    // Slips before a start belong to another motion.
-    let starts = |key: &ContactKey| key.bodies().any(|body| arrivals[body].length == 0.0);
-    let lasting: Vec<_> = match is_regular {
-        true => Vec::new(),
-        false => now.contacts.iter().filter(|past| !starts(&past.key)).copied().collect(),
+    let divides = world.impacts() == Impacts::Located;
+    // Bodies whose change of velocity in a window is no acceleration. A part of a divided step may be one.
+    let brief: Vec<_> = if !world.is_window() {
+        Vec::new()
+    } else if divides {
+        taken.held_bodies(world)
+    } else {
+        (0..arrivals.len()).map(|body| abrupt.turning.get(body) != Some(&true)).collect()
     };
+    let is_brief = |body: usize| brief.get(body) == Some(&true);
+    let smooth = |motion: &Motion, body: usize| {
+        let [state, next] = [&now.states[body], &solution.states[body]];
+        let mut smooth = SmoothMotion::new(world, motion, body, [state, next], is_brief(body));
+        let [velocity, spin] = inputs.late_kick(world, body, &arrivals[body]);
+        smooth.instant.velocity += velocity;
+        smooth.instant.spin += spin;
+        if divides && let Some(turning) = turning_spin(world, body, wrenches, state, next) {
+            smooth.instant.spin =
+                turning + (next.spin - free[body].spin) * (0.5 / world.kick(body));
+        }
+        smooth
+    };
+    instants.remember();
+    // Accelerations before a turn say nothing about those after it.
+    for (motion, turns) in instants.motions.iter_mut().zip(&abrupt.turning) {
+        if divides && *turns {
+            (motion.acceleration, motion.jerk) = (None, None);
+        }
+    }
+    let located = arrivals.len() * usize::from(divides && is_smooth);
+    let ends: Vec<_> =
+        (0..located).map(|body| smooth(&instants.motions[body], body).instant).collect();
     abrupt.bodies.clear();
     let is_wild = has_contacts && taken.report.status == StepStatus::Wild;
     if is_smooth || is_wild {
@@ -215,7 +306,8 @@ pub(super) fn end(
             states: &now.states,
             earlier,
             free,
-            past: if is_regular { &now.contacts } else { &lasting },
+            ends: &ends,
+            past: &now.contacts,
             contacts,
             solution,
             resting: rest.bodies(),
@@ -226,10 +318,9 @@ pub(super) fn end(
         // Only its turn may be used.
         abrupt.bodies.clear();
     }
-    instants.remember();
-    let divides = world.impacts() == Impacts::Located;
-    let mut added_error = AddedError::default();
-    for (body, arrival) in arrivals.iter().enumerate() {
+    let late = if is_smooth { abrupt.late } else { 0.0 };
+    let mut added_error = AddedError { late, ..AddedError::default() };
+    for body in 0..arrivals.len() {
         let state = &now.states[body];
         let next = &solution.states[body];
         let is_abrupt = abrupt.bodies.get(body).is_none_or(|is_abrupt| *is_abrupt);
@@ -247,22 +338,22 @@ pub(super) fn end(
             let error = 0.5 * h * size(&changed);
             instants.errors[body] += error;
             added_error.abrupt = added_error.abrupt.max(error);
+            if is_smooth && !abrupt.jumps[body] {
+                added_error.turned = added_error.turned.max(size(&changed)).max(abrupt.lost);
+            } else {
+                added_error.jumped = added_error.jumped.max(error);
+            }
             instants.states[body] = *next;
             continue;
         }
-        let turns = abrupt.turning.get(body) == Some(&true);
-        if world.is_window() && !turns {
-            // Its change of velocity has what removes the errors of V, and is no acceleration.
-            *motion = Motion { since: motion.since + h, ..Motion::default() };
-            instants.states[body] = *next;
+        let SmoothMotion { acceleration, jerk, instant } = smooth(motion, body);
+        instants.states[body] = instant;
+        let since = motion.since + h;
+        let last = Some(LastKick { middle: 0.5 * h * (1.0 + kick), start: h });
+        if is_brief(body) {
+            *motion = Motion { since, last, ..Motion::default() };
             continue;
         }
-        let acceleration = changed.map(|changed| changed / (kick * h));
-        // Both accelerations act in the middles of their kicks.
-        let jerk = motion.acceleration.map(|(past, before)| {
-            let apart = 0.5 * (past + kick * h);
-            [0, 1].map(|k| (acceleration[k] - before[k]) / apart)
-        });
         let turning = reach * map.angle_error(&state.spin);
         let error = jerk.map_or(0.0, |jerk| h.powi(3) / 24.0 * size(&jerk)) + turning;
         instants.errors[body] += error;
@@ -271,22 +362,7 @@ pub(super) fn end(
             let missed = 0.3125 * h * h * size(&[0, 1].map(|k| jerk[k] - last[k]));
             added_error.velocity = added_error.velocity.max(missed);
         }
-        let of_input = inputs.late_kick(world, body, arrival);
-        let mut instant = next.extrapolated(state, kick);
-        instant.velocity += of_input[0];
-        instant.spin += of_input[1];
-        if let Some([velocity, spin]) = jerk.filter(|_| divides) {
-            // ∫ (t − centre of the kick) over the second half of the interval.
-            let moment = h * h * (0.125 + 0.25 * kick);
-            instant.velocity += moment * velocity;
-            instant.spin += moment * spin;
-        }
-        if divides && let Some(turning) = turning_spin(world, body, wrenches, state, next) {
-            instant.spin = turning + (next.spin - free[body].spin) * (0.5 / kick);
-        }
-        instants.states[body] = instant;
-        *motion =
-            Motion { since: motion.since + h, acceleration: Some((kick * h, acceleration)), jerk };
+        *motion = Motion { since, last, acceleration: Some(acceleration), jerk };
     }
     taken.errors = added_error;
     taken.ends.extend_from_slice(&instants.states);

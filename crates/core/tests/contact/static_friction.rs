@@ -1,6 +1,7 @@
 //! Static friction against closed forms, in runs and in derivatives of a step.
 
 use crate::common::prelude::*;
+use tumble_core::simulation::Interval;
 use tumble_core::world::{Coefficient, Impacts, StickSpeed};
 
 const G: f64 = 9.81;
@@ -31,9 +32,17 @@ fn start(angle: f64, speed: f64) -> State {
     }
 }
 
-/// Takes `steps` solved steps and returns the speed along the plane.
-fn run(simulation: &mut Simulation<'_>, count: usize) -> f64 {
-    last_step(simulation, count, converged(1e-10));
+/// Takes `steps` solved steps and returns the speed along the plane. In windows of nanoseconds, the rounding of a gap
+/// is a speed of 1e-8 m/s: there the certificate's own bound counts.
+fn run(simulation: &mut Simulation<'_>, steps: usize) -> f64 {
+    let mut record = StepRecord::new();
+    for _ in 0..steps {
+        simulation.step(&mut record).unwrap();
+        let solved = matches!(record.status(), StepStatus::Converged | StepStatus::Retried);
+        let is_exact =
+            |interval: &Interval| interval.length < 1e-5 || interval.certificate.residual() < 1e-10;
+        assert!(solved && record.intervals().iter().all(is_exact), "{:?}", record.report());
+    }
     simulation.state().velocity.norm()
 }
 
@@ -181,9 +190,9 @@ fn static_coefficients_combine() {
     assert!(world.with_coefficient_of(Coefficient::StaticFriction, Partner::Ground, 0.5).is_err());
 }
 
-/// In the step that breaks loose, v⁺ = h (f − μ_s m g)/m.
+/// The step that breaks loose has the kinetic friction, v⁺ = h (f − μ m g)/m.
 #[test]
-fn derivatives_by_the_static_coefficient() {
+fn a_step_that_breaks_loose_has_the_kinetic_friction() {
     let (h, force) = (0.002, 8.0);
     let world = block(0.0, h, Integrator::Euler);
     let motion = Motion::native(&world);
@@ -194,7 +203,7 @@ fn derivatives_by_the_static_coefficient() {
     let mut record = StepRecord::new();
     simulation.step(&mut record).unwrap();
     let speed = record.next_states()[0].velocity[0];
-    assert!((speed - h * (force - STATIC * G)).abs() < 1e-12, "{speed}");
+    assert!((speed - h * (force - KINETIC * G)).abs() < 1e-12, "{speed}");
     let mut derivative = StepDerivative::new();
     simulation.linearise(&record, &mut derivative).unwrap();
     let mut found: Vec<StateChange> = Vec::new();
@@ -206,8 +215,8 @@ fn derivatives_by_the_static_coefficient() {
     };
     let [of_static, of_kinetic] =
         [Constant::Coefficient(Coefficient::StaticFriction), Constant::Friction].map(&mut by);
-    assert!((of_static + h * G).abs() < 1e-9, "{of_static}");
-    assert!(of_kinetic.abs() < 1e-15, "{of_kinetic}");
+    assert!((of_kinetic + h * G).abs() < 1e-9, "{of_kinetic}");
+    assert!(of_static.abs() < 1e-15, "{of_static}");
 }
 
 /// Slip up to which the friction of [`falling`] falls (m/s).
