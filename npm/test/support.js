@@ -51,5 +51,11 @@ export const contactOf = (row) => ({
   ...Object.fromEntries(CONTACT_COLUMNS.map(([name, columns]) => [name, columns.map((column) => Number(row[column]))])),
 });
 
+// Rows of contacts.csv that hold in step k, in the order of the contacts.
+export const contactsOf = (reference, k) =>
+  reference.contacts
+    .filter((row) => Number(row.k) <= k && k <= Number(row.last_k))
+    .sort((a, b) => Number(a.contact) - Number(b.contact));
+
 // Bits of numbers, in which 0 and −0 differ.
 export const bits = (numbers) => Array.from(new BigUint64Array(Float64Array.from(numbers).buffer), String);

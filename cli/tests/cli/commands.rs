@@ -201,6 +201,7 @@ fn steps_in_contact_are_those_with_a_contact_force() {
         "{scene}[[bodies]]\nbox = 0.2\nmass = 1.0\nposition = [2, 0, 0.2]\nattitude = [1, 0.1, 0.2, 0]\n"
     ));
     let contacts = Table::parse(&fs::read_to_string(here.join("out/contacts.csv")).unwrap());
+    let contacts = contacts.of_each_step();
     let [k, x, y, z] =
         ["k", "force_x_N", "force_y_N", "force_z_N"].map(|name| contacts.numbers(name));
     let carries = |row: &usize| [&x, &y, &z].iter().any(|force| force[*row] != 0.0);

@@ -91,7 +91,7 @@ fn every_shipped_scene_of_several_bodies_runs_and_verifies() {
 /// Energy that rotation may add in each step [J]. An impulse p at the arm c of a body with spin ω
 /// follows a chord, Σ |p| |c| ½ h |ω|² (eq. 28). The larger of the initial and final spins counts.
 fn gain_by_turning(done: &Simulated) -> Vec<f64> {
-    let (states, contacts) = (table(done, "states"), table(done, "contacts"));
+    let (states, contacts) = (table(done, "states"), table(done, "contacts").of_each_step());
     let json = done.run_json();
     let h = json["model"]["time_step"].as_f64().unwrap();
     let bodies = json["model"]["bodies"].as_array().unwrap().len();
@@ -151,7 +151,7 @@ fn standing_structures_do_not_move() {
 /// Four equal corner forces below box i of the stack carry the weight of all boxes from i upwards.
 #[test]
 fn a_stack_carries_its_weight() {
-    let contacts = table(&scene("stack", &["--steps", "5"]), "contacts");
+    let contacts = table(&scene("stack", &["--steps", "5"]), "contacts").of_each_step();
     let (steps, forces) = (contacts.numbers("k"), contacts.numbers("force_z_N"));
     let (bodies, partners) = (contacts.numbers("body"), contacts.numbers("partner_index"));
     let kinds = contacts.texts("partner");

@@ -232,6 +232,25 @@ impl Table {
         Self { header, rows: lines.collect() }
     }
 
+    /// The table `contacts` with a row for each step, in the order of steps and contacts.
+    pub fn of_each_step(self) -> Self {
+        let [first, last, number] = ["k", "last_k", "contact"].map(|name| self.column(name));
+        let whole = |row: &[String], column: usize| row[column].parse::<u64>().unwrap();
+        let mut rows = Vec::new();
+        for row in &self.rows {
+            for k in whole(row, first)..=whole(row, last) {
+                let mut row = row.clone();
+                row[first] = k.to_string();
+                row[last] = k.to_string();
+                rows.push(row);
+            }
+        }
+        let interval = self.column("interval");
+        let order = [first, interval, number];
+        rows.sort_by_key(|row| order.map(|column| whole(row, column)));
+        Self { rows, ..self }
+    }
+
     pub fn text(&self) -> String {
         let lines = std::iter::once(&self.header).chain(&self.rows);
         lines.map(|fields| fields.join(",") + "\n").collect()

@@ -179,7 +179,7 @@ columns! {
 
 columns! {
     /// Row of the table `contacts`. Vectors are in the world frame.
-    #[derive(Debug, Clone, PartialEq)]
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
     ContactRow {
         /// Index of the contact in the step.
         index: usize = ["contact"],

@@ -1,5 +1,6 @@
 //! Contact keys as text in tables.
 
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use tumble_core::contact::{ContactKey, PairFeatures, Partner};
 use tumble_core::geometry::{CorePart, Feature, PieceSide};
@@ -24,7 +25,7 @@ use tumble_core::geometry::{CorePart, Feature, PieceSide};
 /// | `Rv3xe7` | vertex 3 of A and edge 7 of B; at least one is rounded |
 /// | `Rsxc1` | lateral surface of cylinder A and the rim at end 1 of cylinder B |
 /// | `SA1` | ellipsoid or disc 1 of piece A against a plane of B |
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct KeyText {
     /// Contact point, `point` of the key.
     pub point: usize,

@@ -7,7 +7,8 @@
 //!
 //! - `states`: one row per body and interval: `k,time_s,body`, then the 13 numbers of the state at its
 //!   start. `body` is the index in [`World::bodies`](tumble_core::world::World::bodies).
-//! - `contacts`: one row per candidate contact of the interval, see [`ContactRow`]. Idle
+//! - `contacts`: one row per candidate contact of the interval: `k,last_k`, then [`ContactRow`]. A contact
+//!   that stays the same over several whole steps has one row for the steps k to `last_k`. Idle
 //!   contacts may have no rows, see [`TablesWriter::without_idle_contacts`].
 //! - `steps`: one row per interval: status, residual with its five parts, overlap at its end, smallest
 //!   restitution share of an island, and [energy](tumble_core::simulation::energy) at its start. The
@@ -33,6 +34,7 @@
 //! read back to the same double.
 
 mod columns;
+mod contact_runs;
 mod key;
 mod named;
 mod read;
@@ -100,7 +102,7 @@ impl Table {
             Self::States | Self::Ends => (&["k", "time_s", "body"], &STATE_COLUMNS),
             Self::Contacts => {
                 let count = ContactRow::COLUMNS.len() - shape.missing_columns_of_contacts();
-                return [&["k"], &ContactRow::COLUMNS[..count]].concat();
+                return [&["k", "last_k"][..], &ContactRow::COLUMNS[..count]].concat();
             }
             Self::Steps => {
                 return StepRow::COLUMNS[..StepRow::COLUMNS.len() - shape.missing_columns()]

@@ -1,6 +1,7 @@
 //! Reader of tables. It checks headers, the order of rows and every field.
 
 use super::columns::{Cells, ContactRow, GearTableRow, JointRow, RowCells, StateRow, StepRow};
+use super::contact_runs::{CUT_OFF, ReadRuns};
 use super::{Streams, Table, TableShape};
 use crate::output::csv_reader::{CsvReader, RowsError, Steps};
 use std::io::Read;
@@ -83,8 +84,6 @@ impl IntervalRows {
     }
 }
 
-const CUT_OFF: &str = "it ends before the row with status `end`: it is cut off, or from another \
-                       run";
 const TOO_LONG: &str = "there are rows after the step with status `end`";
 
 /// Reads the tables of a run interval by interval. It keeps one interval in memory.
@@ -93,6 +92,7 @@ pub struct TablesReader<R: Read> {
     shape: TableShape,
     order: Steps,
     loaded_contacts: bool,
+    runs: ReadRuns,
     ended: bool,
 }
 
@@ -126,7 +126,8 @@ impl<R: Read> TablesReader<R> {
             |table: Table, stream| CsvReader::new(table.name(), stream, table.columns(&shape));
         let readers = streams.each(csv)?;
         let order = Steps::default();
-        Ok(Self { readers, shape, order, loaded_contacts: false, ended: false })
+        let runs = ReadRuns::default();
+        Ok(Self { readers, shape, order, loaded_contacts: false, runs, ended: false })
     }
 
     /// Requires `index` as the first k.
@@ -164,7 +165,8 @@ impl<R: Read> TablesReader<R> {
     /// # Errors
     /// The first fault, with table, line and column.
     pub fn next_interval(&mut self) -> Result<Option<IntervalRows>, RowsError> {
-        let Streams { states: of_bodies, contacts, steps, joints, gears, ends } = &mut self.readers;
+        let Self { readers, runs, .. } = self;
+        let Streams { states: of_bodies, contacts, steps, joints, gears, ends } = readers;
         if self.ended {
             let some = [contacts, joints, gears, ends].into_iter().flatten();
             for reader in [of_bodies, steps].into_iter().chain(some) {
@@ -195,7 +197,7 @@ impl<R: Read> TablesReader<R> {
             end_rows = rows_of(reader, &row, bodies)?;
         }
         let all = !self.loaded_contacts;
-        let contacts = contacts.as_mut().map(|reader| contacts_of(reader, &row, all));
+        let contacts = contacts.as_mut().map(|reader| runs.next(reader, &row, all));
         let contacts = contacts.transpose()?.unwrap_or_default();
         let joints = joints.as_mut().map(|reader| rows_of(reader, &row, self.shape.joints));
         let gears = gears.as_mut().map(|reader| rows_of(reader, &row, self.shape.gears));
@@ -214,33 +216,6 @@ impl<R: Read> TablesReader<R> {
             gears,
         }))
     }
-}
-
-/// Reads the contacts of an interval. Unless `all` are required, some may be missing.
-fn contacts_of<R: Read>(
-    reader: &mut CsvReader<R>,
-    step: &StepRow,
-    all: bool,
-) -> Result<Vec<ContactRow>, RowsError> {
-    let (mut rows, mut next) = (Vec::new(), 0);
-    while next < step.contacts {
-        if !all && !reader.next_is_of(step.index, step.interval)? {
-            break;
-        }
-        reader.need_row(CUT_OFF)?;
-        reader.expect(0, step.index)?;
-        reader.expect_interval(step.interval, step.length)?;
-        if all {
-            reader.expect(1, next as u64)?;
-        }
-        let row = ContactRow::read(&mut RowCells::from(reader, 1))?;
-        if !(next..step.contacts).contains(&row.index) {
-            return Err(reader.invalid(1, "the index of a later contact of the step"));
-        }
-        next = row.index + 1;
-        rows.push(row);
-    }
-    Ok(rows)
 }
 
 /// Reads the rows of all bodies, joints or gears of an interval, and checks their first three columns and

@@ -1,6 +1,7 @@
 //! Writer of tables from step records.
 
 use super::columns::{Cells, ContactRow, GearTableRow, JointRow, StateRow, StepRow};
+use super::contact_runs::OpenRuns;
 use super::{IntervalRows, KeyText, Streams, Table, TableShape};
 use crate::output::rows::{RowChoice, RowWriter};
 use nalgebra::Vector3;
@@ -34,6 +35,8 @@ pub struct OpenRows {
     steps: Option<StepRow>,
     /// Interval of the last rows, and the states at its end.
     end: Option<(StepRow, Vec<State>)>,
+    /// Contacts that may stay the same.
+    contacts: OpenRuns,
     /// True if the table `ends` has rows.
     pub has_ends: bool,
 }
@@ -185,12 +188,9 @@ impl<W: Write> TablesWriter<W> {
             let is_idle = |place: usize| step.idle.get(place) == Some(&true);
             let omits = |place: usize| self.loaded_contacts && is_idle(place);
             let rows = step.contacts.iter().enumerate().filter(|(place, _)| !omits(*place));
-            for (_, contact) in rows {
-                table.whole(row.index);
-                contact.write(table);
-                (0..missing_moments).for_each(|_| table.drop_cell());
-                table.end_row()?;
-            }
+            let rows = rows.map(|(_, contact)| contact);
+            let is_whole = row.interval == 0 && row.length == self.world.whole_step();
+            self.open.contacts.add(row, is_whole, rows, table, missing_moments)?;
         }
         if let Some(table) = joints {
             write_all(table, row, &step.joints)?;
@@ -222,7 +222,11 @@ impl<W: Write> TablesWriter<W> {
     ///
     /// # Errors
     /// The errors of the streams.
-    pub fn finish(self) -> io::Result<Streams<W>> {
+    pub fn finish(mut self) -> io::Result<Streams<W>> {
+        let missing = TableShape::new(&self.world).missing_columns_of_contacts();
+        if let Some(table) = &mut self.tables.contacts {
+            self.open.contacts.finish(table, missing)?;
+        }
         self.tables.each(|_, rows| rows.finish())
     }
 }
