@@ -202,7 +202,7 @@ pub fn two_impacts(rows: u64, status: &str) -> TempDir {
             let point = if contact == 0 { "-1,-1,0" } else { "1,-1,0" };
             let _ = writeln!(
                 contacts,
-                "{k},{contact},0,ground,0,{point},0,0,1,0,0,{force},0,0,0,0,0,0,{contact},0.3,0,{length}"
+                "{k},{k},{contact},0,ground,0,{point},0,0,1,0,0,{force},0,0,0,0,0,0,{contact},0.3,0,{length}"
             );
         }
         let count = forces.len();

@@ -331,7 +331,8 @@ impl CollisionSearch<'_> {
         if !self.admit(pair.colliders, SamplePose::Intermediate, collision.under, contacts) {
             // The rim of a flat end that is above a plate has no point there until a corner is.
             let is_shallow = *pair.gap >= collision.under - collision.fine;
-            if self.touches.is_empty() && collision.share >= 1.0 && is_shallow {
+            let is_last = collision.share >= 1.0 && is_shallow;
+            if self.touches.is_empty() && (is_last || self.sinks(pair, collision.fine, |_| true)) {
                 return;
             }
             self.touches(pair, SamplePose::StartFar);
@@ -532,8 +533,7 @@ impl CollisionSearch<'_> {
     }
 
     /// True if the forces at the known contacts may prevent that a pair collides along `axis` (unit,
-    /// world): a body of the pair sinks into a contact of another direction at least as deep as the pair
-    /// overlaps at the end, to `fine` (m).
+    /// world): a body of the pair [sinks](Self::sinks) along another direction.
     fn may_be_prevented(
         &self,
         pair: &PairState<'_>,
@@ -541,13 +541,22 @@ impl CollisionSearch<'_> {
         axis: Option<Vector3<f64>>,
     ) -> bool {
         let Some(axis) = axis else { return false };
-        pair.colliders.iter().filter_map(|collider| collider.owner.partner().body()).any(|body| {
-            self.sunk.get(body).is_some_and(|sunk| {
-                sunk.depth > 0.0
-                    && sunk.depth + fine >= -*pair.gap
-                    && axis.dot(&sunk.normal).abs() < SAME_DIRECTION
-            })
-        })
+        self.sinks(pair, fine, |normal| axis.dot(normal).abs() < SAME_DIRECTION)
+    }
+
+    /// True if a body of the pair sinks into a contact with such a normal (unit, world), at least as deep as the
+    /// pair overlaps at the end, to `fine` (m).
+    fn sinks(
+        &self,
+        pair: &PairState<'_>,
+        fine: f64,
+        is_such: impl Fn(&Vector3<f64>) -> bool,
+    ) -> bool {
+        let is_deep = |sunk: &Sunk| {
+            sunk.depth > 0.0 && sunk.depth + fine >= -*pair.gap && is_such(&sunk.normal)
+        };
+        let owners = pair.colliders.iter().map(|collider| collider.owner.partner());
+        owners.filter_map(Partner::body).any(|body| self.sunk.get(body).is_some_and(is_deep))
     }
 }
 

@@ -16,6 +16,8 @@ use nalgebra::Vector3;
 /// Slip or rate of an axis (m/s or rad/s, relative to the speed scale) below which it counts as
 /// standing still. Solutions are exact to about 1e-12.
 pub(super) const STILL: f64 = 1e-9;
+/// Gap that counts as closed at the start of an interval, relative to the reach of the world.
+pub(super) const CLOSED: f64 = 1e-9;
 /// Change of velocity in a step by which friction is known to be below or above its limit (m/s, times the speed
 /// scale).
 const ROUNDING: f64 = 1e-11;
@@ -330,7 +332,7 @@ impl TakenStep<'_> {
             (force.key.body, force.key.partner) == (contact.key.body, contact.key.partner)
         };
         let mut past = self.past.iter().filter(|force| is_same(force));
-        contact.gap > self.world.touching_gap()
+        contact.gap > self.world.touching_gap().max(CLOSED * self.world.reach())
             && (self.starts(contact) || !past.any(ContactForce::carries_force))
     }
 

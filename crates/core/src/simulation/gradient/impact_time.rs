@@ -21,12 +21,9 @@ use crate::derivative::StateChange;
 use crate::mechanics::State;
 use crate::mechanics::quaternion::rotation;
 use crate::simulation::Interval;
-use crate::simulation::abrupt::STILL;
+use crate::simulation::abrupt::{CLOSED, STILL};
 use crate::world::World;
 use nalgebra::Vector3;
-
-/// Gap that counts as closed at the start of an interval, relative to the reach of the world.
-const CLOSED: f64 = 1e-9;
 
 /// Times of impacts in a backward pass.
 #[derive(Default)]

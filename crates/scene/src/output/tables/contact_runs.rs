@@ -122,7 +122,9 @@ impl ReadRuns {
         all: bool,
     ) -> Result<Vec<ContactRow>, RowsError> {
         let Self(runs) = self;
-        runs.retain(|run| run.last >= step.index);
+        // Only the first interval of a step can be a whole one.
+        let from = step.index + u64::from(step.interval > 0);
+        runs.retain(|run| run.last >= from);
         let broken = "a row lasts into a step of several intervals, or of fewer contacts";
         let fits = |run: &ContactRun| {
             let ContactRow { index, interval, length, .. } = run.row;

@@ -24,7 +24,7 @@ fn world() -> World {
 /// the box.
 fn written(world: &World, every: u64) -> (Streams<Vec<u8>>, Vec<IntervalRows>) {
     let start = State {
-        position: Vector3::new(0.0, 0.0, 0.06),
+        position: Vector3::new(0.0, 0.0, 0.11),
         attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
         velocity: Vector3::zeros(),
         spin: Vector3::zeros(),
