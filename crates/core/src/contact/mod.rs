@@ -401,8 +401,8 @@ impl Contact {
         apart - normal * normal.dot(&apart)
     }
 
-    /// Mean slip over the step `states` → `next` of `world`, with the motion of surfaces (m/s,
-    /// world). NaN if a list has no state of one of the bodies.
+    /// Mean slip over the step `states` → `next` of `world` in the law, with the motion of surfaces and the
+    /// [offset](Self::slip_offset) (m/s, world). NaN if a list has no state of one of the bodies.
     pub fn slip(&self, world: &World, states: &[State], next: &[State]) -> Vector3<f64> {
         let poses = |body: usize| Some((states.get(body)?.pose(), next.get(body)?.pose()));
         let b = self.key.partner.body().map(poses);
@@ -411,8 +411,7 @@ impl Contact {
         };
         let b = b.flatten();
         let u = self.motion([&a.0, &a.1], b.as_ref().map(|b| [&b.0, &b.1]), &world.step_map());
-        let slip = u - self.normal() * self.normal().dot(&u);
-        if world.has_surfaces() { slip + self.carried(world, states) } else { slip }
+        u - self.normal() * self.normal().dot(&u) + self.law_offset(world, states)
     }
 
     /// u of two round features (eq. 10b).
