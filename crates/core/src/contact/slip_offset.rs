@@ -320,7 +320,9 @@ impl InstantMotions {
             let [now, instant] = [&states[body], &self.instants[body]];
             now.velocity != instant.velocity || now.spin != instant.spin
         };
-        contact.gap <= world.touching_gap() && contact.key.bodies().any(is_extrapolated)
+        let solved = SLOWEST * world.speed_scale() * world.time_step();
+        let touches = contact.gap <= world.touching_gap() + solved;
+        touches && contact.key.bodies().any(is_extrapolated)
     }
 
     /// State of `body` at the instant with the velocities 2V − w.
