@@ -53,7 +53,7 @@ impl Detection {
                 }
                 needs_contact |= candidate || then < 0.0;
             }
-            let fall = world.gravity().norm() * world.time_step().powi(2);
+            let fall = world.fall();
             let normals = [pose, free].map(|at| at.rotation.tr_mul(ground.normal()));
             leave_out_covered(contacts, first, |disc| {
                 let is_tilted = |n| disc.shape.half_width(n) > fall;
