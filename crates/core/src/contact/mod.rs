@@ -118,6 +118,9 @@ pub struct Contact {
     /// o (eq. 38): added to the slip in the law (m/s, world, tangential). Zero unless friction turns in
     /// a run of [`Integrator::Leapfrog`](crate::world::Integrator::Leapfrog).
     pub slip_offset: Vector3<f64>,
+    /// o (eq. 43a): added to the angular velocity in the law of the moment (rad/s, world, tangential). Zero unless
+    /// rolling that a moment resists turns, in such a run.
+    pub turning_offset: Vector3<f64>,
     /// Friction and restitution.
     pub law: ContactLaw,
     /// y = a − ρ A_Aᵀ n: touching point, where forces act (m, frame of A). For two round features
@@ -225,6 +228,7 @@ impl Contact {
             rebound: 0.0,
             struck: false,
             slip_offset: Vector3::zeros(),
+            turning_offset: Vector3::zeros(),
             law,
             lever,
             arm,

@@ -6,7 +6,6 @@ use super::leapfrog::Instants;
 use crate::contact::{Contact, ContactKey, KeyIndex};
 use crate::joint::{Axis, Joint};
 use crate::mechanics::State;
-use crate::mechanics::quaternion::rotation;
 use crate::partner::TurningFriction;
 use crate::step::{ContactForce, StepSolution};
 use crate::world::{Impacts, World};
@@ -284,13 +283,9 @@ impl TakenStep<'_> {
             return false;
         }
         let TurningFriction { rolling, torsional } = friction;
-        let turning = |states: &[State]| {
-            let of = |body: usize| rotation(&self.states[body].attitude) * states[body].spin;
-            of(contact.key.body) - contact.key.partner.body().map_or(Vector3::zeros(), of)
-        };
         let normal = contact.normal();
         let [before, now] = [self.states, &self.solution.states].map(|states| {
-            let turning = turning(states);
+            let turning = contact.turning_at(states);
             let about = normal * normal.dot(&turning);
             (turning - about, about)
         });

@@ -2,7 +2,9 @@
 //! conserved energies, with the default integrator.
 
 use crate::common::prelude::*;
+use nalgebra::Vector2;
 use tumble_core::simulation::energy;
+use tumble_core::world::Coefficient;
 
 const G: f64 = 9.81;
 
@@ -380,4 +382,52 @@ fn a_ball_rolls_on_a_turntable_along_a_circle() {
     });
     assert!(off[0] <= 4e-4, "{off:?}");
     assert!(off[1] <= 0.3 * off[0] && off[2] <= 0.3 * off[1], "{off:?}");
+}
+
+/// A ball rolls across a slope against a moment, which turns with it:
+///
+/// ```text
+/// v' = 5/7 (g sin α e − (μ_r/r) g cos α v/|v|)
+/// ```
+#[test]
+fn a_ball_rolls_across_a_slope_against_a_moment() {
+    const RADIUS: f64 = 0.1;
+    const LEVER: f64 = 0.01;
+    let (sine, cosine) = 15.0_f64.to_radians().sin_cos();
+    let share = 5.0 / 7.0;
+    // Plane motion by the Runge–Kutta method: place and velocity.
+    let rates = |at: [Vector2<f64>; 2]| {
+        let down = Vector2::x() * sine - at[1].normalize() * (LEVER / RADIUS * cosine);
+        [at[1], share * G * down]
+    };
+    let moved = |at: [Vector2<f64>; 2], by: f64, rates: [Vector2<f64>; 2]| {
+        [0, 1].map(|k| at[k] + by * rates[k])
+    };
+    let mut expected = [Vector2::zeros(), Vector2::y()];
+    let h = 1e-3;
+    for _ in 0..400 {
+        let first = rates(expected);
+        let second = rates(moved(expected, 0.5 * h, first));
+        let third = rates(moved(expected, 0.5 * h, second));
+        let fourth = rates(moved(expected, h, third));
+        for (share, rates) in [(1.0, first), (2.0, second), (2.0, third), (1.0, fourth)] {
+            expected = moved(expected, share * h / 6.0, rates);
+        }
+    }
+    let off = [0.005, 0.0025].map(|h| {
+        let ball = RigidBody::solid(1.0, &[Piece::sphere(RADIUS).unwrap()]).unwrap().0;
+        let world = World::new(Parameters {
+            bodies: vec![ball],
+            ground: Some(Plane::level()),
+            gravity: Vector3::new(G * sine, 0.0, -G * cosine),
+            friction: 1.0,
+            time_step: h,
+            rotation: Rotation::Momentum,
+        });
+        let world = world.unwrap().with_coefficient(Coefficient::RollingFriction, LEVER).unwrap();
+        let start = state([0.0, 0.0, RADIUS], [0.0, 1.0, 0.0], [-1.0 / RADIUS, 0.0, 0.0]);
+        let end = *states(world, start, 0.4).last().unwrap();
+        (end.position.xy() - expected[0]).norm()
+    });
+    assert!(off[0] <= 1e-4 && off[1] <= 0.3 * off[0], "{off:?}");
 }
