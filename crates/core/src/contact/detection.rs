@@ -13,6 +13,9 @@ use nalgebra::Vector3;
 /// the tutorial's cube, the value of the tutorial.
 pub const CONTACT_BAND: f64 = 0.005;
 
+/// Tilt (rad) of a disc below which corners on it are candidates too: an impact may lay it flat within the step.
+const TILTED: f64 = 0.02;
+
 /// Rule that selects candidate points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Detection {
@@ -56,7 +59,8 @@ impl Detection {
             let fall = world.fall();
             let normals = [pose, free].map(|at| at.rotation.tr_mul(ground.normal()));
             leave_out_covered(contacts, first, |disc| {
-                let is_tilted = |n| disc.shape.half_width(n) > fall;
+                let is_tilted =
+                    |n| disc.shape.half_width(n) > fall.max(TILTED * disc.shape.longest());
                 normals.iter().all(is_tilted) && disc.reaches(&disc.shape.direction(&normals[1]))
             });
         }
