@@ -4,12 +4,14 @@ use crate::leapfrog::{
     self, double_pendulum, four_bar, oblique_slide, pendulum, servo, slide, slip_to_roll,
     spin_and_slide, sprung_pendulum, top,
 };
+use nalgebra::Vector2;
 use std::array;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble::{Checkpoints, Run, Simulation, State, StepRecord};
 use tumble_core::derivative::StateChange;
+use tumble_core::simulation::Interval;
 use tumble_core::solver::native::StepDerivative;
 use tumble_scene::scene::Scene;
 
@@ -234,7 +236,10 @@ fn a_heap_with_located_impacts_takes_few_intervals() {
     let mut intervals = 0;
     for _ in 0..100 {
         simulation.step(&mut record).unwrap();
-        assert!(record.status().is_solved(), "step {}: {:?}", record.index, record.status());
+        // Gaps are known to 1e-16 m, and windows last from 1e-8 s on.
+        let residual = |interval: &Interval| interval.certificate.residual();
+        let largest = record.intervals().iter().map(residual).fold(0.0, f64::max);
+        assert!(largest < 1e-8, "step {}: {largest:e}", record.index);
         intervals += record.intervals().len();
     }
     assert!(intervals < 2500, "{intervals}");
@@ -254,21 +259,33 @@ fn a_slow_slide_has_the_kinetic_friction() {
     }
 }
 
-/// Rolling friction turns with the ball across a slope: its error is of first order, and such steps say so.
+/// A ball rolls across a slope. Rolling friction opposes its velocity v, which turns:
+///
+/// ```text
+/// v̇ = (g sin α x̂ − μ_r/r g cos α v/|v|)/1.4
+/// ```
 #[test]
-fn rolling_across_a_slope_is_marked() {
+fn rolling_friction_turns_with_the_ball() {
     let (sine, cosine) = 15f64.to_radians().sin_cos();
+    let rate = |v: Vector2<f64>| (Vector2::x() * G * sine - v.normalize() * 0.1 * G * cosine) / 1.4;
+    let (mut place, mut velocity, h) = (Vector2::zeros(), Vector2::new(0.0, 1.0), 1e-4);
+    for _ in 0..4000 {
+        let a = rate(velocity);
+        let b = rate(velocity + a * 0.5 * h);
+        let c = rate(velocity + b * 0.5 * h);
+        let d = rate(velocity + c * h);
+        place += velocity * h + (a + b + c) * h * h / 6.0;
+        velocity += (a + (b + c) * 2.0 + d) * h / 6.0;
+    }
     let text = format!(
         "gravity = [{:?}, 0, {:?}]\n[ground]\nfriction = 0.9\nrolling_friction = 0.01\n[[bodies]]\n\
          name = \"b\"\nmass = 1.0\nsphere = 0.1\nposition = [0, 0, 0.1]\nvelocity = [0, 1, 0]\nspin = [-10, 0, 0]\n",
         G * sine,
         -G * cosine
     );
-    let mut simulation = simulation(&text, 1e-6);
-    let mut record = StepRecord::new();
-    for _ in 0..10 {
-        simulation.step(&mut record).unwrap();
-        assert!(record.intervals().iter().any(|interval| interval.is_coarse));
+    for accuracy in [1e-3, 1e-5, 1e-6] {
+        let error = (at(&text, 0.4, accuracy)[0].position.xy() - place).norm();
+        assert!(error <= 0.1 * accuracy, "{accuracy:e}: {error:e}");
     }
 }
 

@@ -374,6 +374,14 @@ fn gradients_are_those_of_differences() {
             30,
         ),
         (
+            "rolling against a moment",
+            format!(
+                "{GROUND}ellipsoid = [0.1, 0.08, 0.05]\nmass = 1.0\nrolling_friction = 0.005\nposition = [0, 0, 0.05]\n\
+                 velocity = [3, 1, 0]\nspin = [2, 3, 1]\n"
+            ),
+            40,
+        ),
+        (
             "landing",
             format!(
                 "{GROUND}sphere = 0.1\nmass = 1.0\nposition = [0, 0, 0.13]\nvelocity = [0, 0, -0.5]\n"

@@ -67,7 +67,7 @@ impl StepJudge {
                             format!("its contact {index} has another coefficient of friction")
                         });
                     }
-                    motions.set_slip_offset(&self.world, &step.states, &mut contact);
+                    motions.set_offsets(&self.world, &step.states, &mut contact);
                     touching.contacts.push(contact);
                 }
                 Err(why) => {

@@ -204,7 +204,7 @@ impl Candidates {
         self.rebound.set(world, states, new);
         if self.motions.are_known() {
             for contact in &mut self.contacts[first..] {
-                self.motions.set_slip_offset(world, states, contact);
+                self.motions.set_offsets(world, states, contact);
             }
         }
     }

@@ -29,7 +29,7 @@ use super::partners::Partners;
 use super::terrain_seams::is_triangle;
 use super::{Contact, Partner};
 use crate::geometry::{
-    Advance, Hint, ManifoldPoint, Moving, PairScratch, distance_lower_bound, first_overlap,
+    Advance, Hint, ManifoldPoint, Moving, PairScratch, Piece, distance_lower_bound, first_overlap,
     signed_distance, stays_clear, travel,
 };
 use crate::mechanics::trajectory::LARGEST_TURN;
@@ -230,6 +230,9 @@ impl CollisionSearch<'_> {
             self.miss(pair.colliders);
         }
         let near = NEAR * extents[0].size.min(extents[1].size);
+        // A tangent plane of a step leaves a gap by the curvature of both surfaces, as long as they do not part.
+        let curved = [ends.0.0, ends.1.0].map(Piece::is_curved);
+        let touching = if curved == [true; 2] { near.max(self.world.fall()) } else { near };
         let thick = extents[0].inner + extents[1].inner;
         let fine = self.depth.max(near.min(NEAR_OF_THIN * thick));
         let deep = fine + DEEP * thick;
@@ -265,10 +268,10 @@ impl CollisionSearch<'_> {
         }
         let was = (placed(self.world, self.start, a), placed(self.world, self.start, b));
         let (mut under, mut begins_near) = (0.0, false);
-        if distance_lower_bound(was.0, was.1, pair.hint) <= near {
+        if distance_lower_bound(was.0, was.1, pair.hint) <= touching {
             let gap = self.touches(pair, SamplePose::Start);
             under = gap.min(0.0);
-            begins_near = gap <= near;
+            begins_near = gap <= touching;
             let before = contacts.len();
             let now = pair.hint.axis_from(was.1.1);
             if begins_near {

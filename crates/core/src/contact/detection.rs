@@ -3,7 +3,7 @@
 //! The results are *candidates* for a solver. The solution decides which of them *carry a force*
 //! ([`ContactForce::carries_force`](crate::step::ContactForce::carries_force)).
 
-use super::{Contact, ContactKey, Features, KeyIndex, Partner, Plane};
+use super::{Contact, ContactKey, Curved, EllipsoidPoint, Features, KeyIndex, Partner, Plane};
 use crate::geometry::ContactPoint;
 use crate::mechanics::{Pose, State};
 use crate::world::World;
@@ -12,6 +12,9 @@ use nalgebra::Vector3;
 /// Height at step k up to which a point is a candidate, as a fraction of the body's reach: 5 mm for
 /// the tutorial's cube, the value of the tutorial.
 pub const CONTACT_BAND: f64 = 0.005;
+
+/// Tilt (rad) of a disc below which corners on it are candidates too: an impact may lay it flat within the step.
+const TILTED: f64 = 0.02;
 
 /// Rule that selects candidate points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -43,6 +46,7 @@ impl Detection {
         let bodies = world.bodies().iter().zip(states).zip(free);
         for (index, ((body, state), free)) in bodies.enumerate() {
             let band = CONTACT_BAND * body.reach();
+            let first = contacts.len();
             let (pose, free) = (state.pose(), free.pose());
             let heights = world.heights(index, &pose).zip(world.heights(index, &free));
             for (point, (now, then)) in heights.enumerate() {
@@ -52,6 +56,13 @@ impl Detection {
                 }
                 needs_contact |= candidate || then < 0.0;
             }
+            let fall = world.fall();
+            let normals = [pose, free].map(|at| at.rotation.tr_mul(ground.normal()));
+            leave_out_covered(contacts, first, |disc| {
+                let is_tilted =
+                    |n| disc.shape.half_width(n) > fall.max(TILTED * disc.shape.longest());
+                normals.iter().all(is_tilted) && disc.reaches(&disc.shape.direction(&normals[1]))
+            });
         }
         needs_contact
     }
@@ -124,6 +135,34 @@ pub fn admit_missed(
         }
     }
     contacts.len() > before
+}
+
+/// Removes the corners from the index `first` on that lie on a disc for which `is_exact` holds: it has the exact gap of
+/// the whole step. Corners that end as low as the disc would be further contacts, and could stick while it rolls.
+fn leave_out_covered(
+    contacts: &mut Vec<Contact>,
+    first: usize,
+    is_exact: impl Fn(&EllipsoidPoint) -> bool,
+) {
+    let disc_of = |contact: &Contact| match contact.features.curved {
+        Some(Curved::Ellipsoid(disc)) => Some(disc),
+        _ => None,
+    };
+    if !contacts[first..].iter().filter_map(disc_of).any(|disc| is_exact(&disc)) {
+        return;
+    }
+    let mut kept = first;
+    for index in first..contacts.len() {
+        let Features { point, curved, .. } = contacts[index].features;
+        let covers = |disc: EllipsoidPoint| is_exact(&disc) && disc.shape.contains(&point);
+        let is_covered =
+            curved.is_none() && contacts[first..].iter().filter_map(disc_of).any(covers);
+        if !is_covered {
+            contacts.swap(kept, index);
+            kept += 1;
+        }
+    }
+    contacts.truncate(kept);
 }
 
 /// True unless the point is the second one of an ellipsoid, or that of a disc that lies flat.

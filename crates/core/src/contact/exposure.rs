@@ -175,8 +175,7 @@ impl Exposure<'_> {
         if !out.iter().any(is_corner) {
             return;
         }
-        let h = self.world.time_step();
-        let fall = self.world.gravity().norm() * h * h;
+        let fall = self.world.fall();
         out.retain(|touch| {
             let ((piece, pose), other) = match touch.point_of {
                 PieceSide::A => (a, b.1),

@@ -118,6 +118,9 @@ pub struct Contact {
     /// o (eq. 38): added to the slip in the law (m/s, world, tangential). Zero unless friction turns in
     /// a run of [`Integrator::Leapfrog`](crate::world::Integrator::Leapfrog).
     pub slip_offset: Vector3<f64>,
+    /// o (eq. 43a): added to the angular velocity in the law of the moment (rad/s, world, tangential). Zero unless
+    /// rolling that a moment resists turns, in such a run.
+    pub turning_offset: Vector3<f64>,
     /// Friction and restitution.
     pub law: ContactLaw,
     /// y = a − ρ A_Aᵀ n: touching point, where forces act (m, frame of A). For two round features
@@ -225,6 +228,7 @@ impl Contact {
             rebound: 0.0,
             struck: false,
             slip_offset: Vector3::zeros(),
+            turning_offset: Vector3::zeros(),
             law,
             lever,
             arm,
@@ -401,8 +405,8 @@ impl Contact {
         apart - normal * normal.dot(&apart)
     }
 
-    /// Mean slip over the step `states` → `next` of `world`, with the motion of surfaces (m/s,
-    /// world). NaN if a list has no state of one of the bodies.
+    /// Mean slip over the step `states` → `next` of `world` in the law, with the motion of surfaces and the
+    /// [offset](Self::slip_offset) (m/s, world). NaN if a list has no state of one of the bodies.
     pub fn slip(&self, world: &World, states: &[State], next: &[State]) -> Vector3<f64> {
         let poses = |body: usize| Some((states.get(body)?.pose(), next.get(body)?.pose()));
         let b = self.key.partner.body().map(poses);
@@ -411,8 +415,7 @@ impl Contact {
         };
         let b = b.flatten();
         let u = self.motion([&a.0, &a.1], b.as_ref().map(|b| [&b.0, &b.1]), &world.step_map());
-        let slip = u - self.normal() * self.normal().dot(&u);
-        if world.has_surfaces() { slip + self.carried(world, states) } else { slip }
+        u - self.normal() * self.normal().dot(&u) + self.law_offset(world, states)
     }
 
     /// u of two round features (eq. 10b).

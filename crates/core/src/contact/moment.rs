@@ -8,13 +8,16 @@
 //! |m_n| ≤ μ_s f_n,   m_n = −μ_s f_n sgn Ω_n     where A spins, Ω_n ≠ 0            (eq. 43)
 //! ```
 //!
+//! Half kicks add an offset o to Ω (eq. 43a), so that the moment opposes the rolling of the instant.
+//!
 //! Rolling, spinning and sliding have separate limits. Equation numbers refer to
 //! `docs/formulation.md`.
 
 use super::law::{project_on_disc, project_on_interval};
 use super::{Contact, turning};
 use crate::kinematics::StepMap;
-use crate::mechanics::{Pose, largest};
+use crate::mechanics::quaternion::rotation;
+use crate::mechanics::{Pose, State, largest};
 use crate::partner::TurningFriction;
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
@@ -61,6 +64,12 @@ impl Contact {
         turning(a, map) - b.map_or(Vector3::zeros(), |b| turning(b, map))
     }
 
+    /// Angular velocity of A relative to B at `states` (rad/s, world).
+    pub(crate) fn turning_at(&self, states: &[State]) -> Vector3<f64> {
+        let of = |body: usize| rotation(&states[body].attitude) * states[body].spin;
+        of(self.key.body) - self.key.partner.body().map_or(Vector3::zeros(), of)
+    }
+
     /// Scales of the moment, with the rotations of A and B at the start of the step. W_tt and W_nn are
     /// along the tangents and the normal.
     ///
@@ -84,7 +93,7 @@ impl Contact {
     }
 
     /// Residual of the moment (m/s): the distance of w p_m from its projection on the limits of (43), with
-    /// p_m = h m/(m_A ℓ), u_m = ℓ Ω and the responses w of (44). Zero without turning friction.
+    /// p_m = h m/(m_A ℓ), u_m = ℓ (Ω + o) and the responses w of (44). Zero without turning friction.
     ///
     /// ```text
     /// ‖p_t − Π(p_t − u_t)‖ + |w_n p_n − clamp(w_n p_n − u_n)|                      (eq. 45)
@@ -108,7 +117,7 @@ impl Contact {
         let impulse = world.time_step() / own.mass();
         let pressed = impulse * largest(normal.dot(&load.force), 0.0) / scale.length;
         let p = load.moment * (impulse / scale.length);
-        let u = turned * scale.length;
+        let u = (turned + self.turning_offset) * scale.length;
         let p_n = normal.dot(&p);
         let u_n = normal.dot(&u);
         let p_t = p - normal * p_n;

@@ -1,4 +1,4 @@
-//! Direction of friction with [`Integrator::Leapfrog`](crate::world::Integrator::Leapfrog).
+//! Directions of friction and of the moment against rolling with [`Integrator::Leapfrog`](crate::world::Integrator::Leapfrog).
 //!
 //! The law opposes friction to the slip of the step, which belongs to its middle, half a step after
 //! its forces. Where the direction of the slip turns, this is an error of first order in h. The
@@ -24,6 +24,15 @@
 //!
 //! where ⁺ is the end of a step with 2V − w. The slip of a point against a plane is seen from B, and there
 //! m_B = m_A − A_B A_B⁺ᵀ ζ⁺.
+//!
+//! The moment against rolling likewise opposes the angular velocity of the step. With the tangential parts s of the
+//! relative angular velocity of V, and W of that of w,
+//!
+//! ```text
+//! o = (E − ŝ ŝᵀ) W                                                       (eq. 43a)
+//! ```
+//!
+//! is (38), because the angular velocity of a step with 2V − w is 2 s − W.
 
 use super::Contact;
 use crate::kinematics::StepMap;
@@ -285,13 +294,16 @@ impl InstantMotions {
         !self.instants.is_empty()
     }
 
-    /// Sets the offset o of the slip (eq. 38) of `contact` in a step from `states`, whose velocities
-    /// are those of the middle of the step before. It is zero if a list lacks a body of the contact.
-    pub fn set_slip_offset(&mut self, world: &World, states: &[State], contact: &mut Contact) {
-        contact.slip_offset = Vector3::zeros();
+    /// Sets the offsets of the slip (eq. 38) and of the turning (eq. 43a) of `contact` in a step from `states`, whose
+    /// velocities are those of the middle of the step before. They are zero if a list lacks a body of the contact.
+    pub fn set_offsets(&mut self, world: &World, states: &[State], contact: &mut Contact) {
+        (contact.slip_offset, contact.turning_offset) = (Vector3::zeros(), Vector3::zeros());
         let known = states.len().min(self.instants.len()).min(self.free.len());
         if contact.key.bodies().any(|body| body >= known) {
             return;
+        }
+        if world.has_turning_friction() && contact.turning_friction(world).rolling > 0.0 {
+            contact.turning_offset = self.turning_offset(world, states, contact);
         }
         let is_still = |body: usize| {
             let State { velocity, spin, .. } = &self.instants[body];
@@ -352,13 +364,36 @@ impl InstantMotions {
         };
     }
 
+    /// Offset of the turning (eq. 43a): the part of W across the rolling of the instant.
+    fn turning_offset(&self, world: &World, states: &[State], contact: &Contact) -> Vector3<f64> {
+        let normal = contact.normal();
+        let rolling = |states: &[State]| {
+            let turning = contact.turning_at(states);
+            turning - normal * normal.dot(&turning)
+        };
+        let smooth_change = |body: usize| {
+            smooth_change(world, body, &states[body], &self.free[body])
+                / world.bodies()[body].reach()
+        };
+        let least = FAST * contact.key.bodies().map(smooth_change).sum::<f64>();
+        let (now, before) = (rolling(&self.instants), rolling(states));
+        let rate = now.norm();
+        if rate <= least {
+            return Vector3::zeros();
+        }
+        let along = now / rate;
+        before - along * along.dot(&before)
+    }
+
     /// True if `contact` touches, and if the velocities of a body of it are extrapolated: no impact came before.
     fn goes_on(&self, world: &World, states: &[State], contact: &Contact) -> bool {
         let is_extrapolated = |body: usize| {
             let [now, instant] = [&states[body], &self.instants[body]];
             now.velocity != instant.velocity || now.spin != instant.spin
         };
-        contact.gap <= world.touching_gap() && contact.key.bodies().any(is_extrapolated)
+        let solved = SLOWEST * world.speed_scale() * world.time_step();
+        let touches = contact.gap <= world.touching_gap() + solved;
+        touches && contact.key.bodies().any(is_extrapolated)
     }
 
     /// State of `body` at the instant with the velocities 2V − w.

@@ -69,6 +69,13 @@ impl Ellipsoid {
         })
     }
 
+    /// True for a point of the ellipsoid (m), to rounding.
+    pub fn contains(&self, point: &Vector3<f64>) -> bool {
+        let y = self.coordinates(point);
+        let off = self.centre + self.axes * y - point;
+        y.norm() <= 1.0 + FLAT && off.norm() <= FLAT * self.axes.amax()
+    }
+
     /// True if all points are equally far along the unit vector `n`, to rounding: a disc with this
     /// normal.
     pub fn is_across(&self, n: &Vector3<f64>) -> bool {

@@ -168,6 +168,11 @@ impl Piece {
         self.smooth.as_ref()
     }
 
+    /// True if the piece is rounded or has a smooth shape.
+    pub(crate) fn is_curved(&self) -> bool {
+        self.radius > 0.0 || self.smooth.is_some()
+    }
+
     /// The point that is farthest along the unit vector `n` (m).
     pub(crate) fn farthest(&self, n: &Vector3<f64>) -> Vector3<f64> {
         match &self.smooth {

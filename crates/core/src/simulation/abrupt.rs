@@ -7,7 +7,6 @@ use super::leapfrog::Instants;
 use crate::contact::{Contact, ContactKey, KeyIndex};
 use crate::joint::{Axis, Joint};
 use crate::mechanics::State;
-use crate::mechanics::quaternion::rotation;
 use crate::partner::TurningFriction;
 use crate::step::{ContactForce, StepSolution};
 use crate::world::{Impacts, World};
@@ -42,8 +41,6 @@ pub(super) struct AbruptChanges {
     /// Largest velocity that the static friction of a contact takes too much in the step (m/s). Only with located
     /// impacts.
     pub lost: f64,
-    /// Largest error of an acceleration by the direction of a rolling moment (m/s²).
-    pub late: f64,
     /// The first [turn](super::turning) of the step.
     pub turn: Option<Turn>,
     /// Flags of the bodies whose motions turn where the step is being divided; empty in other steps.
@@ -137,7 +134,7 @@ impl AbruptChanges {
         }
         self.turns.clear();
         self.turn = None;
-        (self.lost, self.late) = (0.0, 0.0);
+        self.lost = 0.0;
         self.index.clear();
         let pairs = contacts.iter().zip(&solution.contacts).enumerate();
         let rests = |key: &ContactKey| resting.get(key.body) == Some(&true);
@@ -146,9 +143,6 @@ impl AbruptChanges {
             let past = self.index.find(step.past, &contact.key, place);
             let turns = self.turning.get(contact.key.body) == Some(&true);
             let motion = TurningMotion::Slip(contact.key);
-            if world.has_turning_friction() {
-                self.late = self.late.max(step.late_rolling(contact, &solution.moment(place)));
-            }
             if step.is_impact(contact) || step.lands(contact) {
                 contact.key.bodies().for_each(|body| self.struck[body] = true);
                 self.add(contact.key.bodies(), Change::Jump, motion);
@@ -457,26 +451,9 @@ impl TakenStep<'_> {
     /// Angular velocity of A relative to B with the spins of `states`: along the tangents, and about the normal
     /// (rad/s).
     fn turning(&self, contact: &Contact, states: &[State]) -> (Vector3<f64>, Vector3<f64>) {
-        let of = |body: usize| rotation(&self.states[body].attitude) * states[body].spin;
-        let other = contact.key.partner.body().map_or(Vector3::zeros(), of);
-        let turning = of(contact.key.body) - other;
+        let turning = contact.turning_at(states);
         let about = contact.normal() * contact.normal().dot(&turning);
         (turning - about, about)
-    }
-
-    /// Error of the acceleration (m/s²) by a rolling moment that opposes the angular velocity of the step and not
-    /// that of its start. It is of first order in the length.
-    fn late_rolling(&self, contact: &Contact, moment: &Vector3<f64>) -> f64 {
-        let [start, now] = [&self.instants.states, &self.solution.states];
-        let [start, now] = [start, now].map(|states| self.turning(contact, states).0);
-        let body = &self.world.bodies()[contact.key.body];
-        let least = STILL * self.world.speed_scale() / body.reach();
-        if start.norm().min(now.norm()) <= least {
-            return 0.0;
-        }
-        let size = start.norm() * now.norm();
-        let moment = (moment - contact.normal() * contact.normal().dot(moment)).norm();
-        moment / self.kick(contact) * start.cross(&now).norm() / (size * body.mass() * body.reach())
     }
 
     /// True if a body of `joint` starts with a velocity that its locked axes do not allow, or that its

@@ -466,9 +466,7 @@ fn intervals(
             workspace.forget();
             continue;
         }
-        // Such an acceleration moves a body by the accuracy in a second.
-        let is_late = world.accuracy().is_some_and(|accuracy| taken.errors.late > accuracy);
-        taken.is_coarse = judgement == Judgement::TakenCoarse || is_late;
+        taken.is_coarse = judgement == Judgement::TakenCoarse;
         let Some(part) = &mut taken.part else { continue };
         part.changeable = world.changeable();
         settle_instants(world, moment, workspace, taken);

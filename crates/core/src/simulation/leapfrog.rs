@@ -166,8 +166,6 @@ pub(crate) struct AddedError {
     /// Largest change of velocity where friction ends or turns a motion (m/s). It is the error of the velocity if
     /// the motion turns.
     pub turned: f64,
-    /// Error of an acceleration of first order in the length (m/s²), which is not in the other errors.
-    pub late: f64,
     /// Error of the velocity of the instant, from the change of the second differences (m/s).
     pub velocity: f64,
     /// True if a body moved by less than its error between two impacts: in the exact motion, they may
@@ -318,8 +316,7 @@ pub(super) fn end(
         // Only its turn may be used.
         abrupt.bodies.clear();
     }
-    let late = if is_smooth { abrupt.late } else { 0.0 };
-    let mut added_error = AddedError { late, ..AddedError::default() };
+    let mut added_error = AddedError::default();
     for body in 0..arrivals.len() {
         let state = &now.states[body];
         let next = &solution.states[body];

@@ -238,9 +238,6 @@ fn contact_step(
         let (report, share) = bounce.solve(&step, solver, candidates, solution)?;
         let islands = solver.islands();
         rest.keep(|body| islands.as_ref().is_some_and(|islands| islands.rested(body)));
-        // The solver's slips are those of the law.
-        let solved = solution.contacts.iter_mut().zip(candidates.contacts());
-        solved.for_each(|(force, contact)| force.slip -= contact.slip_offset);
         (report, share, solver.accepted_residual())
     } else {
         rest.keep(|_| false);

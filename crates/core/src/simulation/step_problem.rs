@@ -98,7 +98,8 @@ impl ContactProblem {
             let a = poses(contact.key.body);
             let b = contact.key.partner.body().map(poses);
             let b = b.as_ref().map(|b| [&b.0, &b.1]);
-            let turned = contact.relative_turning([&a.0, &a.1], b, &map) * length;
+            let turned = contact.relative_turning([&a.0, &a.1], b, &map);
+            let turned = (turned + contact.turning_offset) * length;
             motion.extend(contact.frame.tr_mul(&turned).iter());
             laws.push(Law::moment(index, friction.rolling / length, friction.torsional / length)?);
             for (body, sign) in contact.key.bodies().zip([length, -length]) {

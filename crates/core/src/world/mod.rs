@@ -488,6 +488,11 @@ impl World {
         self.removed_share() < WINDOW
     }
 
+    /// |g| h²: distance by which a body may fall in a step (m).
+    pub(crate) fn fall(&self) -> f64 {
+        self.gravity().norm() * self.time_step().powi(2)
+    }
+
     /// Gap (m) below which contacts count as touching in a [window](World::is_window), with
     /// located impacts. Otherwise the interval of an impact would find contacts that touch open. 0 without
     /// located impacts, and in shorter intervals of a step that was not solved.

@@ -34,6 +34,11 @@ pub(crate) struct PredictedStep {
 }
 
 impl PredictedStep {
+    /// States with the velocities of the instant; empty if they are not known.
+    pub(crate) fn instants(&self) -> &[State] {
+        &self.instants
+    }
+
     /// Predicts the step from `states`, whose velocities are w. The states after free flight are
     /// `free`. Without `instants` there is no offset.
     pub(crate) fn set(

@@ -1,6 +1,6 @@
 //! Moments of an island's contacts as couplings: rolling and torsional resistance.
 //!
-//! A moment is a coupling of the bodies of its contact. Its rows turn, u = ℓ (Ω_A − Ω_B), and its limits
+//! A moment is a coupling of the bodies of its contact. Its rows turn, u = ℓ (Ω_A − Ω_B + o), and its limits
 //! follow the normal impulse γ of the contact. With w = ∂p̂/∂γ, a change of the contact's impulse p̂_c turns
 //! the bodies further,
 //!
@@ -59,6 +59,7 @@ impl Island {
         self.lengths.push(length);
         self.links.push(CouplingLink { kind: CouplingKind::Moment, b, ..link });
         self.setting.admit(Coupling::from_moment(contact.frame, of_a, &response, law));
+        self.setting.carry(&(contact.turning_offset * length));
     }
 
     /// Impulses p̂ of the moments (m/s), from those of the contacts `places` (N m).

@@ -203,7 +203,7 @@ impl Island {
         relative + swept(other.index, &-of_b.spin, &local) + coupling.offset
     }
 
-    /// u of a joint's rotation or of a moment, ℓ (Ω_A − Ω_B). `None` for another coupling.
+    /// u of a joint's rotation or of a moment, ℓ (Ω_A − Ω_B + o). `None` for another coupling.
     pub(super) fn turned_velocity(
         &self,
         linked: LinkedCoupling<'_>,
@@ -212,7 +212,7 @@ impl Island {
         let link = linked.link;
         if link.kind == CouplingKind::Moment {
             let [a, b] = Self::turning(linked, velocity);
-            return Some(a - b);
+            return Some(a - b + linked.coupling.offset);
         }
         let CouplingKind::Turn(turn) = link.kind else { return None };
         let other = link.b.as_ref().map(|other| &velocity[other.index].spin);

@@ -5,7 +5,13 @@
 //! δn = φ × n:
 //!
 //! ```text
-//! δu = δθ_A × u_A − δθ_B × u_B,   δp̂ = D (δu − φ × u) + φ × p̂,   δτ = −ℓ Aᵀ (δθ × p̂)      (G6a)
+//! δu = δθ_A × u_A − δθ_B × u_B + ℓ δo,   δp̂ = D (δu − φ × u) + φ × p̂,   δτ = −ℓ Aᵀ (δθ × p̂)      (G6a)
+//! ```
+//!
+//! The offset o (43a) follows from the tangential parts W and s of the relative angular velocities of w and V:
+//!
+//! ```text
+//! δo = (E − ŝ ŝᵀ) δW − δŝ (ŝ·W) − ŝ (δŝ·W),   δŝ = (E − ŝ ŝᵀ) δs/|s|                    (G6c)
 //! ```
 //!
 //! What the normal impulse makes of the moment is in the matrix (N17). Equation numbers refer to
@@ -16,6 +22,7 @@ use super::coupling::LinearCoupling;
 use super::slopes::{LinearisedSlopes, RowsChange};
 use crate::contact::Contact;
 use crate::derivative::SideChangeInput;
+use crate::mechanics::State;
 use crate::solver::native::law::MapPiece;
 use crate::world::{Coefficient, Constant, World};
 use nalgebra::{Matrix3, Vector3};
@@ -40,16 +47,64 @@ struct MomentAxes {
     from: Matrix3<f64>,
     impulse: Vector3<f64>,
     u: Vector3<f64>,
+    /// ℓ (m).
+    length: f64,
+    offset: Option<TurningOffset>,
 }
 
 impl MomentAxes {
-    /// Change of the rows if the normal turns by φ = `turn`.
-    fn turned(&self, turn: &Vector3<f64>) -> RowsChange<1> {
+    /// Change of the rows if the normal turns by φ = `turn`, and the angular velocities that the offset follows from
+    /// change.
+    fn turned(&self, turn: &Vector3<f64>, turnings: &[Vector3<f64>; 2]) -> RowsChange<1> {
+        let offset = self.offset.as_ref().map(|offset| offset.change(turn, turnings));
+        let offset = offset.unwrap_or_default() * self.length;
         RowsChange {
-            motion: -self.from.tr_mul(&turn.cross(&self.u)),
+            motion: self.from.tr_mul(&(offset - turn.cross(&self.u))),
             impulse: turn.cross(&self.impulse),
             ..RowsChange::zero()
         }
+    }
+}
+
+/// Offset (43a) of a moment.
+#[derive(Debug, Clone)]
+struct TurningOffset {
+    normal: Vector3<f64>,
+    /// Angular velocities of A and B (rad/s, world) of w and of V.
+    turnings: [[Vector3<f64>; 2]; 2],
+}
+
+impl TurningOffset {
+    /// `None` for a contact without this offset.
+    fn new(contact: &Contact, states: &[State], instants: &[State]) -> Option<Self> {
+        if contact.turning_offset == Vector3::zeros() || instants.len() != states.len() {
+            return None;
+        }
+        let of = |states: &[State], body: usize| states[body].pose().rotation * states[body].spin;
+        let sides = [Some(contact.key.body), contact.key.partner.body()];
+        let turnings = [states, instants]
+            .map(|states| sides.map(|body| body.map_or(Vector3::zeros(), |body| of(states, body))));
+        Some(Self { normal: contact.normal(), turnings })
+    }
+
+    /// δo (G6c), if the normal turns by φ = `turn` and the relative angular velocities of w and V change.
+    fn change(&self, turn: &Vector3<f64>, turnings: &[Vector3<f64>; 2]) -> Vector3<f64> {
+        let n = self.normal;
+        let tilted = turn.cross(&n);
+        let across = |v: &Vector3<f64>| v - n * n.dot(v);
+        let relative = self.turnings.map(|[a, b]| a - b);
+        let [before, now] = relative.map(|turning| across(&turning));
+        let [before_change, now_change] = [0, 1].map(|k| {
+            let turning = relative[k];
+            across(&turnings[k]) - tilted * n.dot(&turning) - n * tilted.dot(&turning)
+        });
+        let rate = now.norm();
+        let along = now / rate;
+        let beside = |v: &Vector3<f64>| v - along * along.dot(v);
+        let along_change = beside(&now_change) / rate;
+        beside(&before_change)
+            - along_change * along.dot(&before)
+            - along * along_change.dot(&before)
     }
 }
 
@@ -67,6 +122,9 @@ pub(super) struct MomentSolution<'a> {
     pub(super) turning: [Vector3<f64>; 2],
     /// ℓ (m).
     pub(super) length: f64,
+    /// States at k, and those with the velocities of the instant, if known.
+    pub(super) states: &'a [State],
+    pub(super) instants: &'a [State],
     /// ε whose limit is taken, or 0.
     pub(super) limit: f64,
 }
@@ -79,9 +137,15 @@ impl LinearMoment {
         coupling: &LinearCoupling,
         at: &MomentSolution<'_>,
     ) -> Self {
-        let MomentSolution { index, contact: place, piece, from, impulse, turning, length, limit } =
-            at;
-        let axes = MomentAxes { from: **from, impulse: *impulse, u: turning[0] - turning[1] };
+        let MomentSolution { index, contact: place, piece, from, impulse, turning, .. } = at;
+        let MomentSolution { length, states, instants, limit, .. } = at;
+        let axes = MomentAxes {
+            from: **from,
+            impulse: *impulse,
+            u: turning[0] - turning[1] + contact.turning_offset * *length,
+            length: *length,
+            offset: TurningOffset::new(contact, states, instants),
+        };
         let mut slopes = LinearisedSlopes::new(coupling.slopes.bodies);
         for side in (0..2).filter(|&side| slopes.bodies[side].is_some()) {
             for k in 0..6 {
@@ -94,13 +158,30 @@ impl LinearMoment {
                 };
                 let sides = if side == 0 { [&given, &nothing] } else { [&nothing, &given] };
                 let normal = coupling.tangent.change(sides[0], sides[1], 0.0, 0.0).turn;
-                let mut column = axes.turned(&normal);
                 let sign = if side == 0 { 1.0 } else { -1.0 };
+                let turnings = axes.offset.as_ref().map(|of| of.turnings);
+                let turned = |of: [Vector3<f64>; 2]| turn.cross(&of[side]) * sign;
+                let mut column = axes.turned(&normal, &turnings.unwrap_or_default().map(turned));
                 column.motion += from.tr_mul(&turn.cross(&turning[side])) * sign;
                 let torque = coupling.rotations[side].tr_mul(&turn.cross(impulse)) * -*length;
                 column.torques.fixed_rows_mut::<3>(3 * side).copy_from(&torque);
                 slopes.by_pose.set(6 * side + k, &column);
             }
+        }
+        if axes.offset.is_some() {
+            let [by_velocity, by_instant] = [0, 1].map(|of| {
+                let mut columns = Box::new(RowsChange::zero());
+                for (side, sign) in [(0, 1.0), (1, -1.0)] {
+                    for k in (0..3).filter(|_| slopes.bodies[side].is_some()) {
+                        let mut turnings = [Vector3::zeros(); 2];
+                        turnings[of] = coupling.rotations[side].column(k) * sign;
+                        let column = axes.turned(&Vector3::zeros(), &turnings);
+                        columns.set(6 * side + 3 + k, &column);
+                    }
+                }
+                Some(columns)
+            });
+            (slopes.by_velocity, slopes.by_instant) = (by_velocity, by_instant);
         }
         let normal = contact.normal();
         let pressed = normal.dot(&coupling.impulse) / length;
@@ -135,7 +216,8 @@ impl LinearMoment {
         contact: &LinearCoupling,
         constants: &ConstantChanges<'_, F>,
     ) -> RowsChange<1> {
-        let turned = self.axes.turned(&contact.turn_wrt_constants(constants));
+        let turn = contact.turn_wrt_constants(constants);
+        let turned = self.axes.turned(&turn, &[Vector3::zeros(); 2]);
         self.by_friction.iter().flatten().fold(turned, |change, (constant, place, by)| {
             change.plus((constants.numbers)(*constant, *place), by)
         })
@@ -160,7 +242,8 @@ impl LinearMoment {
                 for place in side_places(constant, body, contact.bounces()) {
                     let numbers = unit(constant, place);
                     let given = ConstantChanges { shapes, numbers: &numbers };
-                    sums[place] += by.dot(&self.axes.turned(&contact.turn_wrt_constants(&given)));
+                    let turn = contact.turn_wrt_constants(&given);
+                    sums[place] += by.dot(&self.axes.turned(&turn, &[Vector3::zeros(); 2]));
                 }
             }
         }

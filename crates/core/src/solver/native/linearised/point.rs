@@ -349,8 +349,11 @@ impl LinearPoint {
             let from = iterate.factored(island, index, piece, compliance).from;
             let turning = island.moment_turning(index, &iterate.velocity);
             let from = &from;
-            let at =
-                MomentSolution { index, contact, piece, from, impulse, turning, length, limit };
+            let (states, instants) = (step.states, predicted.instants());
+            #[rustfmt::skip]
+            let at = MomentSolution {
+                index, contact, piece, from, impulse, turning, length, states, instants, limit,
+            };
             let touching = &contacts[view.contacts[place.contact]];
             moments.push(LinearMoment::new(step.world, touching, &couplings[contact], &at));
         }
