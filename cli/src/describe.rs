@@ -282,9 +282,8 @@ pub fn largest_gain(scene: &Scene, summary: &RunSummary) -> String {
 
 /// Bodies or pieces that leave too little space for a body.
 fn squeezed(scene: &Scene, squeeze: &InfeasibleGap) -> String {
-    let [one, other] = squeeze.by.map(|of| object(scene, of));
-    let body = object(scene, Partner::Body(squeeze.body));
-    format!(": {one} and {other} leave {body} {:.1e} m too little room", squeeze.lacking)
+    let names: Vec<_> = squeeze.between.iter().map(|of| object(scene, *of)).collect();
+    format!(": {} have {:.1e} m too little room", names.join(", "), squeeze.lacking)
 }
 
 /// Name of an object.

@@ -423,6 +423,10 @@ pub trait IslandSolver {
     /// them.
     fn expect_rest(&mut self, bodies: &[bool]);
 
+    /// Announces the bodies without a solution in the next call of [`StepSolver::solve`]. Their islands get
+    /// the first stage alone.
+    fn expect_failure(&mut self, bodies: &[bool]);
+
     /// True if the last step left `body` unchanged without a solve, after
     /// [`expect_rest`](Self::expect_rest).
     fn rested(&self, body: usize) -> bool;

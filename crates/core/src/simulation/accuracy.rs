@@ -21,6 +21,7 @@ use super::leapfrog::AddedError;
 use super::moment::Moment;
 use super::one_interval;
 use super::record::StepRecord;
+use super::retry;
 use super::workspace::Workspace;
 use super::{EnergyBalance, EnergyGain};
 use crate::error::Error;
@@ -212,12 +213,12 @@ impl Schedule {
             } else if closer.is_some() {
                 self.search = closer;
             } else {
-                self.take(length, next);
+                self.take(length, next, is_solved);
                 return if misses { Judgement::TakenCoarse } else { Judgement::Taken };
             }
             return Judgement::Rejected;
         }
-        self.take(length, next);
+        self.take(length, next, is_solved);
         if !is_fixed && (misses || is_long) { Judgement::TakenCoarse } else { Judgement::Taken }
     }
 
@@ -244,12 +245,15 @@ impl Schedule {
     }
 
     /// Goes on after an interval of `length` (s); `next` is the length that its estimate allows.
-    fn take(&mut self, length: f64, next: f64) {
+    fn take(&mut self, length: f64, next: f64, is_solved: bool) {
         self.since += length;
         if self.smooth.is_some() {
             self.usual = self.usual(length);
         }
-        (self.halvings, self.streak) = (0, self.streak + 1);
+        self.streak += 1;
+        if is_solved {
+            self.halvings = 0;
+        }
         if self.fixed[0] > 0.0 {
             self.fixed = [self.fixed[1], 0.0];
             let share = self.smooth.map_or(1.0, |_| FIRST);
@@ -258,6 +262,9 @@ impl Schedule {
             // The interval ends within the tolerance before the change.
             self.fixed = [self.until_the_end(high - length), 0.0];
             self.plan_anew(self.wanted, length);
+        } else if !is_solved {
+            // Shorter intervals did not help. The step is failed in any case.
+            self.plan_anew(self.whole - self.since, length);
         } else {
             (self.wanted, self.plan.count) = (next, self.plan.count - 1);
             let grows = self.streak >= INTERVALS_PER_GROWTH && next >= STAYS[1] * length;
@@ -265,6 +272,13 @@ impl Schedule {
                 self.plan_anew(next, length);
             }
         }
+    }
+
+    /// Plans one interval to the end of the step, which is taken as it is.
+    fn end(&mut self) {
+        let left = self.whole - self.since;
+        self.plan_anew(left, left);
+        self.fixed = [left, 0.0];
     }
 
     /// Divides the rest of the step in intervals near `wanted` (s), or of the `present` length (s).
@@ -402,9 +416,10 @@ fn intervals(
     record: &mut StepRecord,
 ) -> Result<(), Error> {
     let mut schedule = Schedule::new(world, moment.pace, moment.has_starts());
+    let mut infeasible_gap = None;
     while let Some(length) = schedule.length() {
         let before = moment.clone();
-        let usual = schedule.usual(length);
+        let usual = if infeasible_gap.is_some() { f64::INFINITY } else { schedule.usual(length) };
         let span = Span { since: schedule.since, length, usual, is_retry: false };
         if length != moment.pace.length {
             workspace.rest.end();
@@ -426,6 +441,20 @@ fn intervals(
             workspace.forget();
         }
         let [.., taken] = record.intervals_mut() else { break };
+        if infeasible_gap.is_none() && taken.infeasible_gap.is_some() {
+            infeasible_gap = taken.infeasible_gap.take();
+            schedule.end();
+            record.truncate(record.intervals().len() - 1);
+            *moment = before;
+            workspace.forget();
+            continue;
+        }
+        if infeasible_gap.is_some() {
+            let span = Span { usual: length, ..span };
+            (taken.infeasible_gap, taken.span) = (infeasible_gap.clone(), Some(span));
+            world.set_span(taken.span);
+            retry::end_infeasible(world, before.clone(), moment, inputs, workspace, taken);
+        }
         let is_solved = taken.report.status.is_solved();
         let judgement = schedule.judge(length, is_solved, &taken.errors);
         if judgement == Judgement::Rejected {

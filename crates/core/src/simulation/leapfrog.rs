@@ -289,7 +289,8 @@ pub(super) fn end(
             Motion { since: motion.since + h, acceleration: Some((kick * h, acceleration)), jerk };
     }
     taken.errors = added_error;
-    taken.ends.extend_from_slice(&instants.states);
+    taken.ends.clone_from(&instants.states);
+    taken.extrapolated.clear();
     let bodies = instants.states.len();
     taken.extrapolated.extend((0..bodies).map(|body| instants.is_extrapolated(body)));
 }

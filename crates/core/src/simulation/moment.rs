@@ -55,6 +55,8 @@ pub(super) struct Moment {
     pub instants: Option<Instants>,
     /// Lengths of intervals, with an accuracy or located impacts.
     pub pace: Pace,
+    /// True if the interval before had no solution, by its [certificate](super::infeasible_gap).
+    pub is_infeasible: bool,
     /// State of the contact search.
     pub search: Box<Memory>,
 }

@@ -7,12 +7,13 @@ use super::leapfrog;
 use super::moment::Moment;
 use super::unphysical::{self, UnphysicalCause};
 use super::workspace::Workspace;
-use super::{Motion, infeasible_gap, replacement};
+use super::{InfeasibleGap, Motion, infeasible_gap, replacement};
 use crate::contact::certificate::{Claim, certify_rk4_step};
-use crate::contact::rounding;
+use crate::contact::{Contact, Partner, rounding};
 use crate::error::Error;
+use crate::mechanics::State;
 use crate::mechanics::dynamics::rk4_step;
-use crate::step::{Step, StepReport, StepSolution, StepStatus};
+use crate::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
 use crate::world::{Span, World};
 
 /// Overlap due to rounding, as a fraction of the world's reach.
@@ -77,6 +78,7 @@ pub(super) fn finish(
     workspace: &mut Workspace<'_>,
     taken: &mut Interval,
 ) {
+    moment.is_infeasible = taken.infeasible_gap.is_some();
     leapfrog::end(world, moment, inputs, workspace, taken);
     moment.arrive(world.time_step(), inputs);
     workspace.solution.copy_from(&taken.solution);
@@ -233,9 +235,24 @@ fn contact_step(
     let solution = &mut taken.solution;
     let needs_contact = candidates.find(detection, world, states, free);
     rest.found(candidates.contacts().len());
+    let infeasible_gap = |contacts: &[Contact], accepted: f64, next: &[State]| {
+        let least = world.time_step() * accepted.max(rounding::residual(world, states, next));
+        infeasible_gap::find(world, states, contacts, &previous.joints, least)
+    };
+    if moment.is_infeasible {
+        let accepted = solver.accepted_residual();
+        taken.infeasible_gap = infeasible_gap(candidates.contacts(), accepted, free);
+    }
     let (mut report, share, accepted) = if needs_contact {
         rest.tell(solver);
-        let (report, share) = bounce.solve(&step, solver, candidates, solution)?;
+        if moment.is_infeasible {
+            expect_failure(solver, taken.infeasible_gap.as_ref(), states.len());
+        }
+        let solved = bounce.solve(&step, solver, candidates, solution);
+        if moment.is_infeasible {
+            expect_failure(solver, None, states.len());
+        }
+        let (report, share) = solved?;
         let islands = solver.islands();
         rest.keep(|body| islands.as_ref().is_some_and(|islands| islands.rested(body)));
         // The solver's slips are those of the law.
@@ -275,9 +292,10 @@ fn contact_step(
         );
         taken.gain = energy_check.largest_gain();
     }
-    if report.status == StepStatus::Failed {
-        let least = world.time_step() * accepted.max(rounding());
-        taken.infeasible_gap = infeasible_gap::find(world, states, contacts, least);
+    taken.infeasible_gap =
+        taken.infeasible_gap.take().filter(|_| report.status == StepStatus::Failed);
+    if report.status == StepStatus::Failed && taken.infeasible_gap.is_none() {
+        taken.infeasible_gap = infeasible_gap(contacts, accepted, &solution.states);
     }
     // A step that skipped a contact has an invalid trajectory.
     if report.status != StepStatus::Failed {
@@ -294,6 +312,14 @@ fn contact_step(
     }
     (taken.report, taken.certificate, taken.restitution_share) = (report, certificate, share);
     Ok(())
+}
+
+/// Announces the bodies of a gap without a solution to the solver.
+fn expect_failure(solver: &mut dyn StepSolver, gap: Option<&InfeasibleGap>, bodies: usize) {
+    let Some(solver) = solver.islands() else { return };
+    let is_in = |gap: &InfeasibleGap, body| gap.between.contains(&Partner::Body(body));
+    let flags = gap.map(|gap| (0..bodies).map(|body| is_in(gap, body)).collect::<Vec<_>>());
+    solver.expect_failure(&flags.unwrap_or_default());
 }
 
 /// Checks the sizes of a solution before it is indexed.

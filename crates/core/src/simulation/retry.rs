@@ -118,11 +118,42 @@ pub(super) fn step(
         return Ok(None);
     }
     let taken = &mut record.intervals_mut()[0];
+    hold_energy(world, moment, &inputs, workspace, &failure, taken);
+    Ok(None)
+}
+
+/// Ends the unsolved interval `taken` from `moment`, with a motion that adds no energy.
+fn hold_energy(
+    world: &World,
+    moment: &mut Moment,
+    inputs: &Inputs,
+    workspace: &mut Workspace<'_>,
+    failure: &Failure,
+    taken: &mut Interval,
+) {
     failure.hold_energy(world, workspace, taken);
     one_interval::measure_again(world, moment, workspace, taken);
-    one_interval::finish(world, moment, &inputs, workspace, taken);
+    one_interval::finish(world, moment, inputs, workspace, taken);
     workspace.rest.end();
-    Ok(None)
+}
+
+/// Ends the interval `taken` from `before` to `moment`, which was solved with the depths and joint errors of
+/// its start because their removal has no solution. It counts as one of `world` that removes them. If it
+/// has no solution either, its motion adds no energy.
+pub(super) fn end_infeasible(
+    world: &World,
+    before: Moment,
+    moment: &mut Moment,
+    inputs: &Inputs,
+    workspace: &mut Workspace<'_>,
+    taken: &mut Interval,
+) {
+    let is_solved = taken.report.status.is_solved();
+    certify_errors(world, moment, workspace, taken);
+    if let Some(failure) = Failure::find(world, workspace, taken).filter(|_| !is_solved) {
+        *moment = before;
+        hold_energy(world, moment, inputs, workspace, &failure, taken);
+    }
 }
 
 /// A step that was not solved or makes energy. Flags have one entry per body.
@@ -283,7 +314,7 @@ fn keep_errors(
     failure: &Failure,
     record: &mut StepRecord,
 ) -> bool {
-    let infeasible_gap = record.first().infeasible_gap;
+    let infeasible_gap = record.first().infeasible_gap.clone();
     let mut end = Moment { search: Box::default(), ..moment.clone() };
     let length = world.whole_step();
     let span = Span { since: 0.0, length, usual: f64::INFINITY, is_retry: false };
@@ -298,15 +329,27 @@ fn keep_errors(
     }
     (taken.span, taken.part, taken.gain) = (None, None, None);
     (taken.infeasible_gap, taken.unphysical) = (infeasible_gap, failure.cause);
+    certify_errors(world, &mut end, workspace, taken);
+    *moment = end;
+    record.remove_first();
+    true
+}
+
+/// Certifies `taken`, which was solved with the depths and joint errors of its start, as an interval of `world`
+/// that removes them. It ends at `moment`.
+fn certify_errors(
+    world: &World,
+    moment: &mut Moment,
+    workspace: &mut Workspace<'_>,
+    taken: &mut Interval,
+) {
     taken.report.status = StepStatus::Failed;
     taken.contacts.iter_mut().for_each(Contact::release);
     let Workspace { certifier, .. } = &mut *workspace;
     taken.certificate = certifier.contact_step(world, &taken.claim(), taken.solution.loads());
-    one_interval::measure_again(world, &mut end, workspace, taken);
+    one_interval::measure_again(world, moment, workspace, taken);
+    moment.is_infeasible = taken.infeasible_gap.is_some();
     workspace.forget();
-    *moment = end;
-    record.remove_first();
-    true
 }
 
 /// True per body if its island touches the ground or a fixed piece, or has a held body.

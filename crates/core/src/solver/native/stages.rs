@@ -253,7 +253,7 @@ impl<E: Equations> StageSolver<E> {
                 best = Some((rank, run, selected));
                 self.best.copy_from(&self.iterate);
             }
-            if same_solutions == SAME_SOLUTIONS || effort.is_interrupted() {
+            if same_solutions == SAME_SOLUTIONS || effort.is_last_stage() {
                 break;
             }
         }

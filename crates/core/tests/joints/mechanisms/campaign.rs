@@ -2,7 +2,7 @@
 //! marked as unphysical.
 
 use super::made;
-use super::random::{Numbers, mechanism, smooth, uneven};
+use super::random::{Numbers, geared, mechanism, smooth, uneven};
 use crate::common::prelude::*;
 use tumble_core::simulation::energy;
 
@@ -273,4 +273,97 @@ fn renumbered(joint: &Joint, place: impl Fn(usize) -> usize) -> Joint {
         }
         _ => Joint::between(a, b, *joint.frames()).with_axes(*joint.linear(), [x, y, z]),
     }
+}
+
+#[test]
+#[ignore = "probe"]
+fn probe() {
+    let env = |name: &str, or: u64| {
+        std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(or)
+    };
+    let (from, to, steps, only) =
+        (env("FROM", 0), env("TO", 100), env("STEPS", 300), env("ONLY", 9));
+    // By mass ratio: steps, failed without and with a certificate, substepped, wild, retried.
+    let mut counts = [[0_u64; 6]; 3];
+    for seed in from..to {
+        let mut numbers = Numbers(100_000 + seed);
+        let (mut world, states, bars) = mechanism(&mut numbers);
+        if seed % 2 == 1 {
+            world = uneven(&world, &bars, &mut numbers);
+        }
+        if seed % 4 < 2 {
+            world = geared(world, &states, &mut numbers);
+        }
+        let leaps = seed % 8 < 5;
+        if leaps {
+            world = world.with_integrator(Integrator::Leapfrog);
+        }
+        let masses = || world.bodies().iter().map(|body| body.mass());
+        let ratio = masses().fold(0.0, f64::max) / masses().fold(f64::INFINITY, f64::min);
+        let Ok(mut simulation) = Simulation::new(world.clone(), states, Motion::native(&world))
+        else {
+            continue;
+        };
+        let class = if ratio < 30.0 {
+            0
+        } else if ratio < 1e3 {
+            1
+        } else {
+            2
+        };
+        if only < 3 && class as u64 != only {
+            continue;
+        }
+        let count = &mut counts[class];
+        let mut record = StepRecord::new();
+        let mut failed = 0;
+        let start = std::time::Instant::now();
+        let mut iterations = 0;
+        for _ in 0..steps {
+            let begun = std::time::Instant::now();
+            simulation.step(&mut record).unwrap();
+            let ms = begun.elapsed().as_secs_f64() * 1e3;
+            count[0] += 1;
+            iterations += u64::from(record.report().iterations);
+            let (status, gap) = (record.status(), record.infeasible_gap());
+            match status {
+                StepStatus::Failed => {
+                    count[if gap.is_some() { 2 } else { 1 }] += 1;
+                    failed += 1;
+                }
+                StepStatus::Substepped => count[3] += 1,
+                StepStatus::Wild => count[4] += 1,
+                StepStatus::Retried => count[5] += 1,
+                _ => {}
+            }
+            let first = record.first();
+            let loaded = first.solution.contacts.iter().filter(|c| c.force.amax() > 0.0).count();
+            if matches!(status, StepStatus::Failed | StepStatus::Substepped | StepStatus::Wild)
+                || ms > 300.0
+            {
+                println!(
+                    "seed {seed} ratio {ratio:.1e} leaps {leaps} gears {} step {} of {:.2e}: {status} {:?} res {:.1e} ({}) turn {:.2} contacts {}/{loaded} {ms:.0} ms gap {} it {} errors {:.1e} made {:.1e}",
+                    world.gears().len(),
+                    record.index,
+                    world.time_step(),
+                    record.report().start,
+                    record.residual(),
+                    record.certificate().worst_part(),
+                    turn(&world, &record),
+                    first.contacts.len(),
+                    gap.is_some(),
+                    record.report().iterations,
+                    first.contacts.iter().fold(0.0, |d: f64, c| d.max(-c.gap)),
+                    made(&world, &record).0,
+                );
+            }
+        }
+        let mean = start.elapsed().as_secs_f64() * 1e3 / steps as f64;
+        if mean > 20.0 || failed > 5 {
+            println!(
+                "SCENE seed {seed} ratio {ratio:.1e}: {mean:.1} ms a step, {failed} failed, {iterations} iterations"
+            );
+        }
+    }
+    println!("{counts:?}");
 }

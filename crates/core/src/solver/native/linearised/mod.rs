@@ -277,6 +277,7 @@ impl StepDerivative {
                 places: &places,
                 known: &known,
                 unsettled: 0.0,
+                is_infeasible: false,
             };
             self.add(&at, contacts, &view)
         });
