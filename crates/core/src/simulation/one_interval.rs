@@ -277,7 +277,10 @@ fn contact_step(
     };
     // The certificate overrides the solver's status. A NaN fails every comparison.
     let residual = certificate.residual();
-    let rounding = || rounding::residual(world, states, &solution.states);
+    let rounding = || {
+        let of_forces = rounding::forces(world, &claim, solution.loads());
+        (rounding::residual(world, states, &solution.states) + of_forces).min(rounding::LARGEST)
+    };
     let within = residual <= accepted || residual <= rounding();
     let solved = !matches!(report.status, StepStatus::Free | StepStatus::Failed);
     if !within {

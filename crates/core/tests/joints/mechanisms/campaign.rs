@@ -338,11 +338,12 @@ fn probe() {
             }
             let first = record.first();
             let loaded = first.solution.contacts.iter().filter(|c| c.force.amax() > 0.0).count();
+            let noise = noise(&world, &record);
             if matches!(status, StepStatus::Failed | StepStatus::Substepped | StepStatus::Wild)
                 || ms > 300.0
             {
                 println!(
-                    "seed {seed} ratio {ratio:.1e} leaps {leaps} gears {} step {} of {:.2e}: {status} {:?} res {:.1e} ({}) turn {:.2} contacts {}/{loaded} {ms:.0} ms gap {} it {} errors {:.1e} made {:.1e}",
+                    "seed {seed} ratio {ratio:.1e} leaps {leaps} gears {} step {} of {:.2e}: {status} {:?} res {:.1e} ({}) turn {:.2} contacts {}/{loaded} {ms:.0} ms gap {} it {} errors {:.1e} made {:.1e} noise {noise:.1e}",
                     world.gears().len(),
                     record.index,
                     world.time_step(),
@@ -366,4 +367,31 @@ fn probe() {
         }
     }
     println!("{counts:?}");
+}
+
+fn noise(world: &World, record: &StepRecord) -> f64 {
+    let h = world.time_step();
+    let states = record.states();
+    let mut sums = vec![(0.0, 0.0); states.len()];
+    let first = record.first();
+    for (contact, force) in first.contacts.iter().zip(first.solution.forces()) {
+        let f = force.norm();
+        let place = states[contact.key.body].position + contact.arm;
+        for body in contact.key.bodies() {
+            sums[body].0 += f;
+            sums[body].1 += f * (place - states[body].position).norm();
+        }
+    }
+    for (joint, force) in world.joints().iter().zip(&first.solution.joints) {
+        for (body, frame) in [Some(joint.body()), joint.other()].into_iter().zip(joint.frames()) {
+            let Some(body) = body else { continue };
+            let f = force.force.norm();
+            sums[body].0 += f;
+            sums[body].1 += f * frame.anchor.norm() + force.torque.norm();
+        }
+    }
+    let of = world.bodies().iter().zip(&sums).map(|(body, (f, t))| {
+        (h * f / body.mass()).max(h * t * body.reach() * body.inertia_inverse().norm())
+    });
+    f64::EPSILON * of.fold(0.0, f64::max)
 }
