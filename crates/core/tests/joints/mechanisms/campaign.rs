@@ -343,7 +343,7 @@ fn probe() {
                 || ms > 300.0
             {
                 println!(
-                    "seed {seed} ratio {ratio:.1e} leaps {leaps} gears {} step {} of {:.2e}: {status} {:?} res {:.1e} ({}) turn {:.2} contacts {}/{loaded} {ms:.0} ms gap {} it {} errors {:.1e} made {:.1e} noise {noise:.1e}",
+                    "seed {seed} ratio {ratio:.1e} leaps {leaps} gears {} step {} of {:.2e}: {status} {:?} res {:.1e} ({}) turn {:.2} contacts {}/{loaded} {ms:.0} ms gap {} it {} errors {:.1e} made {:.1e} noise {noise:.1e} cause {:?} gain {:?} kinetic {:.1e}",
                     world.gears().len(),
                     record.index,
                     world.time_step(),
@@ -356,6 +356,9 @@ fn probe() {
                     record.report().iterations,
                     first.contacts.iter().fold(0.0, |d: f64, c| d.max(-c.gap)),
                     made(&world, &record).0,
+                    record.unphysical(),
+                    record.gain(),
+                    made(&world, &record).1,
                 );
             }
         }
