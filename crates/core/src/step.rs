@@ -423,8 +423,8 @@ pub trait IslandSolver {
     /// them.
     fn expect_rest(&mut self, bodies: &[bool]);
 
-    /// Announces the bodies without a solution in the next call of [`StepSolver::solve`]. Their islands get
-    /// the first stage alone.
+    /// Announces the bodies without a solution, or that failed in several steps, for all calls until another
+    /// announcement. Their islands get less effort.
     fn expect_failure(&mut self, bodies: &[bool]);
 
     /// True if the last step left `body` unchanged without a solve, after

@@ -13,7 +13,7 @@ use crate::contact::{Contact, Partner, rounding};
 use crate::error::Error;
 use crate::mechanics::State;
 use crate::mechanics::dynamics::rk4_step;
-use crate::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
+use crate::step::{Step, StepReport, StepSolution, StepStatus};
 use crate::world::{Span, World};
 
 /// Overlap due to rounding, as a fraction of the world's reach.
@@ -245,12 +245,20 @@ fn contact_step(
     }
     let (mut report, share, accepted) = if needs_contact {
         rest.tell(solver);
-        if moment.is_infeasible {
-            expect_failure(solver, taken.infeasible_gap.as_ref(), states.len());
+        let is_hopeless = |body| {
+            let is_in = |gap: &InfeasibleGap| gap.between.contains(&Partner::Body(body));
+            moment.keeps_failing(body) || taken.infeasible_gap.as_ref().is_some_and(is_in)
+        };
+        let hopeless = match moment.is_infeasible || !moment.failures.is_empty() {
+            true => (0..states.len()).map(is_hopeless).collect(),
+            false => Vec::new(),
+        };
+        if let Some(solver) = solver.islands().filter(|_| !hopeless.is_empty()) {
+            solver.expect_failure(&hopeless);
         }
         let solved = bounce.solve(&step, solver, candidates, solution);
-        if moment.is_infeasible {
-            expect_failure(solver, None, states.len());
+        if let Some(solver) = solver.islands().filter(|_| !hopeless.is_empty()) {
+            solver.expect_failure(&[]);
         }
         let (report, share) = solved?;
         let islands = solver.islands();
@@ -315,14 +323,6 @@ fn contact_step(
     }
     (taken.report, taken.certificate, taken.restitution_share) = (report, certificate, share);
     Ok(())
-}
-
-/// Announces the bodies of a gap without a solution to the solver.
-fn expect_failure(solver: &mut dyn StepSolver, gap: Option<&InfeasibleGap>, bodies: usize) {
-    let Some(solver) = solver.islands() else { return };
-    let is_in = |gap: &InfeasibleGap, body| gap.between.contains(&Partner::Body(body));
-    let flags = gap.map(|gap| (0..bodies).map(|body| is_in(gap, body)).collect::<Vec<_>>());
-    solver.expect_failure(&flags.unwrap_or_default());
 }
 
 /// Checks the sizes of a solution before it is indexed.

@@ -48,6 +48,9 @@ const MOST_PARTS: u32 = 64;
 const KEPT_PARTS: u32 = 4;
 const MARKED_PARTS: u32 = 16;
 
+/// Number of iterations in shorter intervals after which no others are tried.
+const MOST_ITERATIONS: u32 = 20_000;
+
 /// Largest number of Newton steps for the spin. The map is nearly linear.
 const MOST_NEWTON: u32 = 20;
 
@@ -78,7 +81,7 @@ pub(super) fn step(
     let Some(failure) = Failure::find(world, workspace, taken) else { return Ok(None) };
     record.unsolved.extend(failure.bodies());
     let keeps_at_once = failure.is_kept && !world.has_half_kicks();
-    let end = failure.has_wrong_contacts.then(|| moment.clone());
+    let end = failure.is_marked.then(|| moment.clone());
     if keeps_at_once || !moment.move_back(record.first()) {
         return Ok(None);
     }
@@ -87,12 +90,13 @@ pub(super) fn step(
     let inputs = inputs.uninterrupted();
     let most_parts = match (failure.is_squeezed, failure.is_kept) {
         (true, _) => 0,
-        (false, true) if failure.has_wrong_contacts => MARKED_PARTS,
+        (false, _) if failure.is_marked => MARKED_PARTS,
         (false, true) => KEPT_PARTS,
+        _ if failure.bodies().all(|body| moment.keeps_failing(body)) => KEPT_PARTS,
         (false, false) => MOST_PARTS,
     };
-    let mut parts = 2;
-    while parts <= most_parts {
+    let (mut parts, mut iterations) = (2, 0);
+    while parts <= most_parts && iterations < MOST_ITERATIONS {
         let start = Moment { search: Box::default(), ..moment.clone() };
         if let Some(end) = in_parts(parts, world, start, &inputs, workspace, &failure, record) {
             *moment = end;
@@ -100,6 +104,8 @@ pub(super) fn step(
             world.set_span(None);
             return Ok(None);
         }
+        let spent = record.intervals()[1..].iter().map(|taken| taken.report.iterations);
+        iterations += spent.sum::<u32>();
         record.truncate(1);
         parts *= 2;
     }
@@ -173,9 +179,9 @@ struct Failure {
     is_squeezed: bool,
     /// True if contacts or joints have errors at the start that alone exceed the accepted residual.
     has_errors: bool,
-    /// True if it is solved, and its contacts are not those of its pieces. Then it is kept, marked, if shorter
-    /// intervals do not help.
-    has_wrong_contacts: bool,
+    /// True if it is solved, and its contacts are not those of its pieces or its gain is that of an impact (32c). Then
+    /// it is kept, marked, if shorter intervals do not help.
+    is_marked: bool,
 }
 
 /// Objects between which a solved interval has a contact that is misplaced, or lacks one.
@@ -213,6 +219,7 @@ impl Failure {
         let is_unsolved = |body| has_failed && (all_are || !solver.is_solved(body));
         let has_wrong = |body| misplaced.is_some_and(|of| of.contains(&Partner::Body(body)));
         let is_tried = |body| is_unsolved(body) || energy_check.makes(body) || has_wrong(body);
+        let lags = |body| !energy_check.makes(body) || energy_check.lags(body);
         let unsolved: Vec<_> = (0..bodies).map(is_tried).collect();
         if !unsolved.contains(&true) {
             return None;
@@ -231,7 +238,7 @@ impl Failure {
             islands,
             is_squeezed: taken.infeasible_gap.is_some(),
             has_errors: has_errors(world, taken, world.time_step() * accepted),
-            has_wrong_contacts: misplaced.is_some(),
+            is_marked: !has_failed && (misplaced.is_some() || (0..bodies).all(lags)),
         })
     }
 

@@ -59,7 +59,8 @@
 //! ½ Σ (h (f·v + τ·ω) − f (x_k − x̃))                                        (eq. 32c)
 //! ```
 //!
-//! over all joint axes. This work is not a gain either, up to 1/200 of the energy.
+//! over all joint axes. Shorter intervals do not reduce such a gain. A step is then kept and marked, up to 1/200 of
+//! the energy.
 //!
 //! A step also removes the depth δ at which contacts begin, and the error ε of joints at its start.
 //! Bodies between two planes move by more than δ, here up to 2 δ. At a speed v of the island of mass m
@@ -183,6 +184,8 @@ pub(super) struct Budget {
     off: f64,
     /// Energy (32a) of the depth and errors that the step removes (J); like `off`.
     lift: f64,
+    /// Work (32c) of joint forces (J); like `off`.
+    lag: f64,
     /// True if the island has a joint.
     is_joined: bool,
     /// Share of the kinetic energy that a body may gain [at its start](World::bent_share).
@@ -211,9 +214,13 @@ impl Budget {
 
     /// True if the gain is also larger than what the depth at the start explains (32a).
     pub(super) fn is_made(&self) -> bool {
+        self.exceeds() && !self.is_explained_with(self.lift)
+    }
+
+    /// True if the gain is no larger than in a valid step with an energy of `more` (J).
+    fn is_explained_with(&self, more: f64) -> bool {
         let rest = self.rest.max((SMALL_GAIN.0 * self.rest).min(SMALL_GAIN.1));
-        let is_explained = self.gained <= LARGEST_GAIN * self.size + rest + self.lift;
-        self.exceeds() && !is_explained
+        self.gained <= LARGEST_GAIN * self.size + rest + more
     }
 
     /// Adds the next of several shorter steps of the same bodies.
@@ -271,6 +278,12 @@ impl EnergyCheck {
     /// [`LARGEST_GAIN`] and the depth at the start explain.
     pub(super) fn makes(&self, body: usize) -> bool {
         self.budgets[self.islands.label(body)].is_made()
+    }
+
+    /// True if (32a) and (32c) explain the gain of the island of `body`.
+    pub(super) fn lags(&self, body: usize) -> bool {
+        let budget = &self.budgets[self.islands.label(body)];
+        budget.is_explained_with(budget.lift + budget.lag.min(LARGEST_ROLL * budget.size))
     }
 
     /// Sum over the islands of these bodies in the last counted step.
@@ -379,11 +392,8 @@ impl EnergyCheck {
         if self.budgets.iter().any(|budget| budget.holding > 0.0) {
             self.allow_holding(world, claim);
         }
-        if is_whole && !motions.is_empty() && self.budgets.iter().any(Budget::exceeds) {
-            self.allow_lag(world, claim, motions);
-        }
         if self.budgets.iter().any(Budget::exceeds) {
-            self.explain(world, claim);
+            self.explain(world, claim, motions);
         }
     }
 
@@ -406,23 +416,12 @@ impl EnergyCheck {
         }
     }
 
-    /// Subtracts the work (32c) of joint forces from the gains.
-    fn allow_lag(&mut self, world: &World, claim: &Claim<'_>, motions: &[JointMotion]) {
-        let mut lag = vec![0.0; self.budgets.len()];
+    /// Computes the energies (32a) and (32c) of the islands.
+    fn explain(&mut self, world: &World, claim: &Claim<'_>, motions: &[JointMotion]) {
         for ((joint, force), motion) in world.joints().iter().zip(claim.joints).zip(motions) {
             let work = motion.work_of_lag(joint, claim.states, force, world.time_step());
-            lag[self.islands.label(joint.body())] += work.unwrap_or(0.0);
+            self.budgets[self.islands.label(joint.body())].lag += work.unwrap_or(0.0);
         }
-        for (budget, lag) in self.budgets.iter_mut().zip(lag) {
-            let allowed = lag.min(LARGEST_ROLL * budget.size);
-            if allowed > 0.0 {
-                budget.gained -= budget.gained.clamp(0.0, allowed);
-            }
-        }
-    }
-
-    /// Computes the energy (32a) of the islands.
-    fn explain(&mut self, world: &World, claim: &Claim<'_>) {
         let ends: Vec<_> = claim.joints.iter().map(|joint| joint.angles).collect();
         let angles = world.angles_near(claim.states, &ends);
         for (joint, angles) in world.joints().iter().zip(&angles) {

@@ -158,7 +158,7 @@ impl IslandProblem {
         asked: SolveAccuracy,
     ) -> Result<(), Error> {
         let mut effort = SolveEffort::new(step.interrupt);
-        if island.is_infeasible {
+        if island.is_hopeless {
             effort.limit();
         }
         self.only = only(step.world, contacts, island);

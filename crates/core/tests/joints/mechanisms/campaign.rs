@@ -3,7 +3,9 @@
 
 use super::made;
 use super::random::{Numbers, geared, mechanism, smooth, uneven};
+use crate::campaign::size;
 use crate::common::prelude::*;
+use std::time::Instant;
 use tumble_core::simulation::energy;
 
 /// Statistics of many steps.
@@ -275,126 +277,110 @@ fn renumbered(joint: &Joint, place: impl Fn(usize) -> usize) -> Joint {
     }
 }
 
+/// Seed of the first mechanism with gears and half kicks.
+const GEARED: u64 = 100_000;
+
+/// Random mechanism of the campaign `number`: with uneven masses if it is odd, with gears in two of four, and with
+/// half kicks in five of eight.
+fn numbered(number: u64) -> Option<Simulation<'static>> {
+    let mut numbers = Numbers(GEARED + number);
+    let (mut world, states, bars) = mechanism(&mut numbers);
+    if number % 2 == 1 {
+        world = uneven(&world, &bars, &mut numbers);
+    }
+    if number % 4 < 2 {
+        world = geared(world, &states, &mut numbers);
+    }
+    if number % 8 < 5 {
+        world = world.with_integrator(Integrator::Leapfrog);
+    }
+    let motion = Motion::native(&world);
+    Simulation::new(world, states, motion).ok()
+}
+
+/// Ratio of the largest and the smallest mass.
+fn mass_ratio(world: &World) -> f64 {
+    let masses = || world.bodies().iter().map(RigidBody::mass);
+    masses().fold(0.0, f64::max) / masses().fold(f64::INFINITY, f64::min)
+}
+
+/// Checks mechanisms with all kinds of joints, loops, motors, brakes, stops, gears and mass ratios of up to 10⁵:
+/// almost all steps that are not solved have a certificate that no solution exists. A mechanism that starts in an
+/// overlap is left out.
 #[test]
-#[ignore = "probe"]
-fn probe() {
-    let env = |name: &str, or: u64| {
-        std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(or)
-    };
-    let (from, to, steps, only) =
-        (env("FROM", 0), env("TO", 100), env("STEPS", 300), env("ONLY", 9));
-    // By mass ratio: steps, failed without and with a certificate, substepped, wild, retried.
-    let mut counts = [[0_u64; 6]; 3];
-    for seed in from..to {
-        let mut numbers = Numbers(100_000 + seed);
-        let (mut world, states, bars) = mechanism(&mut numbers);
-        if seed % 2 == 1 {
-            world = uneven(&world, &bars, &mut numbers);
-        }
-        if seed % 4 < 2 {
-            world = geared(world, &states, &mut numbers);
-        }
-        let leaps = seed % 8 < 5;
-        if leaps {
-            world = world.with_integrator(Integrator::Leapfrog);
-        }
-        let masses = || world.bodies().iter().map(|body| body.mass());
-        let ratio = masses().fold(0.0, f64::max) / masses().fold(f64::INFINITY, f64::min);
-        let Ok(mut simulation) = Simulation::new(world.clone(), states, Motion::native(&world))
-        else {
-            continue;
-        };
-        let class = if ratio < 30.0 {
-            0
-        } else if ratio < 1e3 {
-            1
-        } else {
-            2
-        };
-        if only < 3 && class as u64 != only {
-            continue;
-        }
-        let count = &mut counts[class];
+#[ignore = "minutes"]
+fn mechanisms_fail_with_a_certificate() {
+    // Steps, failed ones with and without a certificate, and substepped ones, by mass ratio: below 30 and above.
+    let mut counts = [[0_u32; 4]; 2];
+    for number in 0..size(200, 1000) as u64 {
+        let Some(mut simulation) = numbered(number) else { continue };
+        let is_uneven = mass_ratio(simulation.world()) >= 30.0;
+        let counts = &mut counts[usize::from(is_uneven)];
         let mut record = StepRecord::new();
-        let mut failed = 0;
-        let start = std::time::Instant::now();
-        let mut iterations = 0;
-        for _ in 0..steps {
-            let begun = std::time::Instant::now();
+        let start = Instant::now();
+        for step in 0..250 {
             simulation.step(&mut record).unwrap();
-            let ms = begun.elapsed().as_secs_f64() * 1e3;
-            count[0] += 1;
-            iterations += u64::from(record.report().iterations);
-            let (status, gap) = (record.status(), record.infeasible_gap());
-            match status {
-                StepStatus::Failed => {
-                    count[if gap.is_some() { 2 } else { 1 }] += 1;
-                    failed += 1;
-                }
-                StepStatus::Substepped => count[3] += 1,
-                StepStatus::Wild => count[4] += 1,
-                StepStatus::Retried => count[5] += 1,
-                _ => {}
+            if step == 0 && record.first().contacts.iter().any(|contact| contact.gap < -1e-9) {
+                break;
             }
-            let first = record.first();
-            let loaded = first.solution.contacts.iter().filter(|c| c.force.amax() > 0.0).count();
-            let noise = noise(&world, &record);
-            if matches!(status, StepStatus::Failed | StepStatus::Substepped | StepStatus::Wild)
-                || ms > 300.0
-            {
+            counts[0] += 1;
+            let status = record.status();
+            let has_certificate = record.infeasible_gap().is_some();
+            counts[1] += u32::from(status == StepStatus::Failed && has_certificate);
+            counts[2] += u32::from(status == StepStatus::Failed && !has_certificate);
+            counts[3] += u32::from(status == StepStatus::Substepped);
+            if status == StepStatus::Failed && !has_certificate {
+                let (residual, part) = (record.residual(), record.certificate().worst_part());
                 println!(
-                    "seed {seed} ratio {ratio:.1e} leaps {leaps} gears {} step {} of {:.2e}: {status} {:?} res {:.1e} ({}) turn {:.2} contacts {}/{loaded} {ms:.0} ms gap {} it {} errors {:.1e} made {:.1e} noise {noise:.1e} cause {:?} gain {:?} kinetic {:.1e}",
-                    world.gears().len(),
-                    record.index,
-                    world.time_step(),
-                    record.report().start,
-                    record.residual(),
-                    record.certificate().worst_part(),
-                    turn(&world, &record),
-                    first.contacts.len(),
-                    gap.is_some(),
-                    record.report().iterations,
-                    first.contacts.iter().fold(0.0, |d: f64, c| d.max(-c.gap)),
-                    made(&world, &record).0,
-                    record.unphysical(),
-                    record.gain(),
-                    made(&world, &record).1,
+                    "{number}, step {step}: {residual:.1e} ({part}), {:?}",
+                    record.unphysical()
                 );
             }
         }
-        let mean = start.elapsed().as_secs_f64() * 1e3 / steps as f64;
-        if mean > 20.0 || failed > 5 {
-            println!(
-                "SCENE seed {seed} ratio {ratio:.1e}: {mean:.1} ms a step, {failed} failed, {iterations} iterations"
-            );
+        let mean = 1e3 * start.elapsed().as_secs_f64() / 250.0;
+        if mean > 20.0 {
+            println!("{number}: {mean:.0} ms a step");
         }
     }
     println!("{counts:?}");
+    for (limit, [steps, _, failed, substepped]) in [1e-4, 1e-3].into_iter().zip(counts) {
+        assert!(f64::from(failed) <= limit * f64::from(steps), "{counts:?}");
+        assert!(f64::from(substepped) <= 3e-3 * f64::from(steps), "{counts:?}");
+    }
 }
 
-fn noise(world: &World, record: &StepRecord) -> f64 {
-    let h = world.time_step();
-    let states = record.states();
-    let mut sums = vec![(0.0, 0.0); states.len()];
-    let first = record.first();
-    for (contact, force) in first.contacts.iter().zip(first.solution.forces()) {
-        let f = force.norm();
-        let place = states[contact.key.body].position + contact.arm;
-        for body in contact.key.bodies() {
-            sums[body].0 += f;
-            sums[body].1 += f * (place - states[body].position).norm();
-        }
+/// Checks a tree of gears and joints, number 28, whose bodies overlap at the start by 0.6 mm. No motion removes it:
+/// the gears hold both. It is named at each step, which costs less than a thousand iterations.
+#[test]
+fn a_geared_overlap_has_a_certificate() {
+    let mut simulation = numbered(28).unwrap();
+    let mut record = StepRecord::new();
+    for step in 0..20 {
+        simulation.step(&mut record).unwrap();
+        assert_eq!(record.status(), StepStatus::Failed);
+        let gap = record.infeasible_gap().unwrap();
+        assert!((1e-5..1e-3).contains(&gap.lacking) && gap.between.len() > 1, "{gap:?}");
+        assert!(step == 0 || record.report().iterations < 1000, "{:?}", record.report());
     }
-    for (joint, force) in world.joints().iter().zip(&first.solution.joints) {
-        for (body, frame) in [Some(joint.body()), joint.other()].into_iter().zip(joint.frames()) {
-            let Some(body) = body else { continue };
-            let f = force.force.norm();
-            sums[body].0 += f;
-            sums[body].1 += f * frame.anchor.norm() + force.torque.norm();
-        }
+}
+
+/// Checks mechanisms whose motors drive slides into stops. The reactions of the impact do work on the lag of the
+/// velocities (32c), for any time step. Such a step may be marked, and none is failed.
+#[test]
+fn impacts_of_stops_are_solved() {
+    for (number, steps) in [(609, 20), (954, 40), (1104, 30)] {
+        let mut simulation = numbered(number).unwrap();
+        last_step(&mut simulation, steps, has_not_failed);
     }
-    let of = world.bodies().iter().zip(&sums).map(|(body, (f, t))| {
-        (h * f / body.mass()).max(h * t * body.reach() * body.inertia_inverse().norm())
-    });
-    f64::EPSILON * of.fold(0.0, f64::max)
+}
+
+/// Checks mechanisms of mass ratios of 10⁴ to 10⁵ whose light bodies carry the forces of heavy ones. Rounding of
+/// these forces exceeds the limit of a solved step without (22a).
+#[test]
+fn light_bodies_between_heavy_ones_are_solved() {
+    for (number, steps) in [(29, 180), (147, 90), (367, 70)] {
+        let mut simulation = numbered(number).unwrap();
+        assert!(mass_ratio(simulation.world()) > 1e3);
+        last_step(&mut simulation, steps, has_not_failed);
+    }
 }

@@ -277,7 +277,7 @@ impl StepDerivative {
                 places: &places,
                 known: &known,
                 unsettled: 0.0,
-                is_infeasible: false,
+                is_hopeless: false,
             };
             self.add(&at, contacts, &view)
         });
