@@ -218,7 +218,14 @@ fn reason(scene: &Scene, failure: &FailedStep) -> String {
         return format!("no solution exists{}", squeezed(scene, squeeze));
     }
     if let Some(cause) = &failure.unphysical {
-        return format!("its solution makes energy: {}", unphysical(scene, cause));
+        // Errors of the start that stay, because their removal makes energy.
+        let overlap = failure.residual * scene.world.time_step();
+        let why = if failure.part == "penetration" {
+            format!("the removal of an overlap of {overlap:.1e} m makes energy")
+        } else {
+            "its solution makes energy".to_owned()
+        };
+        return format!("{why}: {}", unphysical(scene, cause));
     }
     if let Some(message) = &failure.message {
         return message.as_ref().to_owned();
