@@ -218,7 +218,14 @@ fn reason(scene: &Scene, failure: &FailedStep) -> String {
         return format!("no solution exists{}", squeezed(scene, squeeze));
     }
     if let Some(cause) = &failure.unphysical {
-        return format!("its solution makes energy: {}", unphysical(scene, cause));
+        // Errors of the start that stay, because their removal makes energy.
+        let overlap = failure.residual * scene.world.time_step();
+        let why = if failure.part == "penetration" {
+            format!("the removal of an overlap of {overlap:.1e} m makes energy")
+        } else {
+            "its solution makes energy".to_owned()
+        };
+        return format!("{why}: {}", unphysical(scene, cause));
     }
     if let Some(message) = &failure.message {
         return message.as_ref().to_owned();
@@ -282,9 +289,8 @@ pub fn largest_gain(scene: &Scene, summary: &RunSummary) -> String {
 
 /// Bodies or pieces that leave too little space for a body.
 fn squeezed(scene: &Scene, squeeze: &InfeasibleGap) -> String {
-    let [one, other] = squeeze.by.map(|of| object(scene, of));
-    let body = object(scene, Partner::Body(squeeze.body));
-    format!(": {one} and {other} leave {body} {:.1e} m too little room", squeeze.lacking)
+    let names: Vec<_> = squeeze.between.iter().map(|of| object(scene, *of)).collect();
+    format!(": {} have {:.1e} m too little room", names.join(", "), squeeze.lacking)
 }
 
 /// Name of an object.

@@ -245,6 +245,10 @@ impl IslandSolver for Noted {
         self.solver.expect_rest(bodies);
     }
 
+    fn expect_failure(&mut self, bodies: &[bool]) {
+        self.solver.expect_failure(bodies);
+    }
+
     fn rested(&self, body: usize) -> bool {
         self.solver.rested(body)
     }

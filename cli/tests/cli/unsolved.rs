@@ -32,20 +32,52 @@ box = 0.2
 mass = 1.0
 position = [0.0, 0.0, 0.0]
 "#;
-    let (end, directory) = run_scenario(JAM, &[]);
-    assert_eq!(end.code, Some(3), "{end:?}");
-    assert!(end.stdout.contains("left and right leave cube 2.0e-4 m too little room"), "{end:?}");
-    let out = directory.path().join("out");
-    let steps = table(&out, "steps.csv");
-    let (statuses, residuals) = (steps.texts("status"), steps.numbers("residual_m_s"));
-    assert!(statuses[..10].iter().all(|status| *status == "failed"), "{statuses:?}");
-    assert!(residuals[..10].iter().all(|of| (of - 0.05).abs() < 1e-9), "{residuals:?}");
-    // The cube stays: nothing but its overlap is wrong.
-    let states = table(&out, "states.csv");
-    assert!(states.numbers("x_m").iter().all(|x| x.abs() < 1e-12));
+    let flags: [&[&str]; 4] =
+        [&[], &["--integrator", "euler"], &["--accuracy", "1e-5"], &["--impacts", "located"]];
+    for flags in flags {
+        let (end, directory) = run_scenario(JAM, flags);
+        assert_eq!(end.code, Some(3), "{end:?}");
+        let why = "no solution exists: cube, left, right have 2.0e-4 m too little room";
+        assert!(end.stdout.contains(why), "{end:?}");
+        let out = directory.path().join("out");
+        let steps = table(&out, "steps.csv");
+        let (statuses, residuals) = (steps.texts("status"), steps.numbers("residual_m_s"));
+        assert!(statuses[..10].iter().all(|status| *status == "failed"), "{statuses:?}");
+        assert!(residuals[..10].iter().all(|of| (of - 0.05).abs() < 1e-9), "{residuals:?}");
+        // The cube stays: nothing but its overlap is wrong.
+        let states = table(&out, "states.csv");
+        assert!(states.numbers("x_m").iter().all(|x| x.abs() < 1e-12));
+        assert_failed(&out, 10);
+    }
+}
+
+/// `verify` finds `count` failed steps, and that all rows are right.
+fn assert_failed(out: &Path, count: usize) {
     let verified = run(&["verify", out.join("steps.csv").to_str().unwrap()]);
-    assert!(verified.stdout.contains("status `failed`: 10"), "{verified:?}");
+    assert!(verified.stdout.contains(&format!("status `failed`: {count}")), "{verified:?}");
     assert!(verified.stdout.contains("steps that differ from their rows: 0"), "{verified:?}");
+}
+
+/// Two driven jaws close on a cube at 1 m/s and meet it after 50 steps of 2 ms. From then on no step has a solution.
+/// With located impacts the rest of each step is one interval, and the run ends.
+#[test]
+fn jaws_that_close_on_a_cube_are_unsolved() {
+    let mut scene = "steps = 61\n[ground]\nfriction = 0.3\n".to_owned();
+    for (name, x) in [("left", -0.25), ("right", 0.25), ("cube", 0.0)] {
+        let place = format!("position = [{x}, 0.0, 0.1]");
+        scene += &format!("[[bodies]]\nname = \"{name}\"\nbox = 0.2\nmass = 1.0\n{place}\n");
+    }
+    for (name, speed) in [("left", 0.5), ("right", -0.5)] {
+        scene += &format!("[[driven]]\nbody = \"{name}\"\nvelocity = [{speed}, 0, 0]\n");
+    }
+    for flags in [&[][..], &["--impacts", "located"], &["--accuracy", "1e-5"]] {
+        let (end, directory) = run_scenario(&scene, flags);
+        assert_eq!(end.code, Some(3), "{end:?}");
+        let why =
+            "k = 50       no solution exists: left, right, cube have 2.0e-3 m too little room";
+        assert!(end.stdout.contains(why), "{end:?}");
+        assert_failed(&directory.path().join("out"), 10);
+    }
 }
 
 /// A mechanism of eight bodies with a mass ratio of 3.6e4. Newton's method alternates between its motor and

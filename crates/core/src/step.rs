@@ -423,6 +423,10 @@ pub trait IslandSolver {
     /// them.
     fn expect_rest(&mut self, bodies: &[bool]);
 
+    /// Announces the bodies without a solution, or that failed in several steps, for all calls until another
+    /// announcement. Their islands get less effort.
+    fn expect_failure(&mut self, bodies: &[bool]);
+
     /// True if the last step left `body` unchanged without a solve, after
     /// [`expect_rest`](Self::expect_rest).
     fn rested(&self, body: usize) -> bool;

@@ -23,7 +23,7 @@ use crate::recording::Recording;
 use energy::{OTHER_ENERGY, RetryEnergy};
 use nalgebra::Vector3;
 use tumble_core::contact::certificate::{Certifier, Claim, certify_rk4_step};
-use tumble_core::contact::{Candidates, Certificate, Contact, ContactLoad};
+use tumble_core::contact::{Candidates, Certificate, Contact, ContactLoad, rounding};
 use tumble_core::joint::{Joint, JointForce, JointResidual, Knots};
 use tumble_core::mechanics::{Load, State, Wrench};
 use tumble_core::simulation::Stiffness;
@@ -189,7 +189,8 @@ impl StepJudge {
             self.certifier.contact_step(&held, &claim, loads.iter().copied())
         };
         let residual = if wrong.is_none() { certificate.residual() } else { f64::NAN };
-        let lost = self.lost(contacts, states, next);
+        let of_forces = rounding::forces(&self.world, &claim, loads.iter().copied());
+        let lost = (self.lost(contacts, states, next) + of_forces).min(rounding::LARGEST);
         let makes_energy = self.makes_energy(&judged);
         let status = self.another_status(&judged, lost, makes_energy);
         let (differs, overlap) = self.compare(&judged, &certificate, lost);

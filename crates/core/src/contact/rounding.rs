@@ -18,16 +18,30 @@
 //! δu ≤ min(16 ε (L/h + V + h ‖I⁻¹‖ ‖I‖ |ω|² ℓ), 10⁻⁷ m/s)                (eq. 22)
 //! ```
 //!
-//! with L the largest coordinate plus the reach ℓ, and V the largest speed. The cap limits the
+//! with L the largest coordinate plus the reach ℓ, and V the largest speed. Forces between heavy bodies that act
+//! through a light one add the rounding of their sum. A force has a relative error of 4ε from its conversions
+//! between impulse and force, so that the sums over all forces of a body, and their torques τ, add
+//!
+//! ```text
+//! δu_f = 4 ε h (Σ|f|/m + ℓ ‖I⁻¹‖ Σ|τ|)                                   (eq. 22a)
+//! ```
+//!
+//! The cap holds for the sum of both. It limits the
 //! tolerance for scenes that are far from the origin and for very short steps. Doubles cannot
 //! resolve a scene beyond it, and its steps count as not converged.
 
+use super::ContactLoad;
+use super::certificate::Claim;
+use crate::joint::Joint;
 use crate::mechanics::State;
 use crate::world::World;
 use nalgebra::Vector3;
 
 /// Number of roundings of a length that a gap sums up.
 const ROUNDINGS: f64 = 16.0;
+
+/// Number of roundings of a force.
+pub(crate) const FORCE_ROUNDINGS: f64 = 4.0;
 
 /// Upper limit of the rounding tolerance of a residual (m/s).
 pub const LARGEST: f64 = 1e-7;
@@ -56,4 +70,50 @@ pub fn residual(world: &World, states: &[State], next: &[State]) -> f64 {
     let lost = ROUNDINGS * f64::EPSILON * (length / h + speed);
     // This order caps a NaN as well.
     if lost < LARGEST { lost } else { LARGEST }
+}
+
+/// Rounding error of a residual by the forces of the step `claim` with these `loads` of its contacts (eq. 22a)
+/// (m/s). The claim fits `world`.
+pub fn forces(
+    world: &World,
+    claim: &Claim<'_>,
+    loads: impl IntoIterator<Item = impl Into<ContactLoad>>,
+) -> f64 {
+    let states = claim.states;
+    // Σ|f| and Σ|τ| of each body.
+    let mut sums = vec![(0.0, 0.0); states.len()];
+    let mut add = |body: Option<usize>, force: f64, torque: f64| {
+        if let Some((forces, torques)) = body.and_then(|body| sums.get_mut(body)) {
+            *forces += force;
+            *torques += torque;
+        }
+    };
+    for (contact, load) in claim.contacts.iter().zip(loads) {
+        let ContactLoad { force, moment } = load.into();
+        let place = states[contact.key.body].position + contact.arm;
+        for body in contact.key.bodies() {
+            let arm = (place - states[body].position).norm();
+            add(Some(body), force.norm(), arm * force.norm() + moment.norm());
+        }
+    }
+    let sides = |joint: &Joint| [Some(joint.body()), joint.other()];
+    for (joint, load) in world.joints().iter().zip(claim.joints) {
+        for (body, frame) in sides(joint).into_iter().zip(joint.frames()) {
+            let force = load.force.norm();
+            add(body, force, frame.anchor.norm() * force + load.torque.norm());
+        }
+    }
+    for (gear, load) in world.gears().iter().zip(claim.gears) {
+        for (axis, size) in gear.axes().iter().zip([*load, gear.ratio() * load]) {
+            let joint = &world.joints()[axis.joint];
+            let wrenches = joint.wrenches(states, axis.axis, size).into_iter().flatten();
+            for (body, wrench) in sides(joint).into_iter().zip(wrenches) {
+                add(body, wrench.force.norm(), wrench.torque.norm());
+            }
+        }
+    }
+    let speeds = world.bodies().iter().zip(&sums).map(|(body, (forces, torques))| {
+        forces / body.mass() + body.reach() * body.inertia_inverse().norm() * torques
+    });
+    FORCE_ROUNDINGS * f64::EPSILON * world.time_step() * speeds.fold(0.0, f64::max)
 }

@@ -22,6 +22,7 @@ use super::leapfrog::AddedError;
 use super::moment::Moment;
 use super::one_interval;
 use super::record::StepRecord;
+use super::retry;
 use super::workspace::Workspace;
 use super::{EnergyBalance, EnergyGain};
 use crate::error::Error;
@@ -127,6 +128,8 @@ struct Schedule {
     has_turned: bool,
     /// True if the intervals are shorter because one was not solved.
     is_halved: bool,
+    /// True if the last interval was taken although it is not solved.
+    gave_up: bool,
     /// Intervals with rejected ones, abrupt changes found, and intervals of the present length.
     attempts: u32,
     changes: u32,
@@ -170,6 +173,7 @@ impl Schedule {
             turns: false,
             has_turned: false,
             is_halved: false,
+            gave_up: false,
             attempts: 0,
             changes: 0,
             streak: 0,
@@ -216,7 +220,7 @@ impl Schedule {
         if !is_fixed && self.attempts < MOST_INTERVALS {
             let closer = self.search.map(|search| Search { low: length, ..search });
             let closer = closer.filter(|closer| closer.high - closer.low > closer.tolerance);
-            if !is_solved && length > SHORTEST_RETRY * self.whole {
+            if !is_solved && !self.gave_up && length > SHORTEST_RETRY * self.whole {
                 self.is_halved = true;
                 self.plan_anew(0.5 * length, 0.0);
             } else if misses && self.changes < MOST_CHANGES {
@@ -229,12 +233,12 @@ impl Schedule {
             } else if closer.is_some() {
                 self.search = closer;
             } else {
-                self.take(length, next);
+                self.take(length, next, is_solved);
                 return if misses { Judgement::TakenCoarse } else { Judgement::Taken };
             }
             return Judgement::Rejected;
         }
-        self.take(length, next);
+        self.take(length, next, is_solved);
         if !is_fixed && (misses || is_long) { Judgement::TakenCoarse } else { Judgement::Taken }
     }
 
@@ -264,13 +268,14 @@ impl Schedule {
     }
 
     /// Goes on after an interval of `length` (s); `next` is the length that its estimate allows.
-    fn take(&mut self, length: f64, next: f64) {
+    fn take(&mut self, length: f64, next: f64, is_solved: bool) {
         self.since += length;
         if self.smooth.is_some() {
             self.usual = self.usual(length);
         }
         let was_halved = std::mem::take(&mut self.is_halved);
         self.has_turned = std::mem::take(&mut self.turns);
+        self.gave_up = !is_solved;
         self.streak += 1;
         let share = self.smooth.map_or(1.0, |_| FIRST);
         if self.fixed[0] > 0.0 {
@@ -286,6 +291,9 @@ impl Schedule {
                 self.has_turned = true;
                 self.plan_anew(share * self.wanted, length);
             }
+        } else if !is_solved {
+            // Shorter intervals did not help. The step is failed in any case.
+            self.plan_anew(self.whole - self.since, length);
         } else if was_halved {
             self.plan_anew(next.min(GROWTH * length), length);
         } else {
@@ -295,6 +303,13 @@ impl Schedule {
                 self.plan_anew(next, length);
             }
         }
+    }
+
+    /// Plans one interval to the end of the step, which is taken as it is.
+    fn end(&mut self) {
+        let left = self.whole - self.since;
+        self.plan_anew(left, left);
+        self.fixed = [left, 0.0];
     }
 
     /// Divides the rest of the step in intervals near `wanted` (s), or of the `present` length (s).
@@ -426,9 +441,10 @@ fn intervals(
     let mut schedule = Schedule::new(world, moment.pace, moment.has_starts());
     // Bodies of islands in which friction ends or turns a motion in the last interval that was rejected.
     let mut turning = Vec::new();
+    let mut infeasible_gap = None;
     while let Some(length) = schedule.length() {
         let before = moment.clone();
-        let usual = schedule.usual(length);
+        let usual = if infeasible_gap.is_some() { f64::INFINITY } else { schedule.usual(length) };
         let span = Span { since: schedule.since, length, usual, is_retry: false };
         if length != moment.pace.length {
             workspace.rest.end();
@@ -455,6 +471,20 @@ fn intervals(
             workspace.forget();
         }
         let [.., taken] = record.intervals_mut() else { break };
+        if infeasible_gap.is_none() && taken.infeasible_gap.is_some() {
+            infeasible_gap = taken.infeasible_gap.take();
+            schedule.end();
+            record.truncate(record.intervals().len() - 1);
+            *moment = before;
+            workspace.forget();
+            continue;
+        }
+        if infeasible_gap.is_some() {
+            let span = Span { usual: length, ..span };
+            (taken.infeasible_gap, taken.span) = (infeasible_gap.clone(), Some(span));
+            world.set_span(taken.span);
+            retry::end_infeasible(world, before.clone(), moment, inputs, workspace, taken);
+        }
         let is_solved = taken.report.status.is_solved();
         let judgement = schedule.judge(length, is_solved, &taken.errors);
         if judgement == Judgement::Rejected {

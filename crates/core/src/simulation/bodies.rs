@@ -99,6 +99,7 @@ impl Simulation<'_> {
         }
         moment.arrivals.remove(index);
         moment.arrivals_before.remove(index);
+        moment.failures.clear();
         for solution in moment.solutions_mut() {
             solution.leave_out(index, &stays, &gears);
         }

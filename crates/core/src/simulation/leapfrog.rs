@@ -362,7 +362,8 @@ pub(super) fn end(
         *motion = Motion { since, last, acceleration: Some(acceleration), jerk };
     }
     taken.errors = added_error;
-    taken.ends.extend_from_slice(&instants.states);
+    taken.ends.clone_from(&instants.states);
+    taken.extrapolated.clear();
     let bodies = instants.states.len();
     taken.extrapolated.extend((0..bodies).map(|body| instants.is_extrapolated(body)));
 }

@@ -6,12 +6,16 @@ use super::inputs::Inputs;
 use super::interval::Interval;
 use super::islands::Islands;
 use super::leapfrog::Instants;
+use super::record::StepRecord;
 use crate::contact::Memory;
 use crate::joint::JointForce;
 use crate::mechanics::{State, Wrench};
-use crate::step::StepSolution;
+use crate::step::{StepSolution, StepStatus};
 use crate::world::{Integrator, World};
 use std::mem::{swap, take};
+
+/// Number of failed steps in a row after which an island gets less effort.
+const PATIENCE: u32 = 3;
 
 /// Arrival of a body at a moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,6 +59,10 @@ pub(super) struct Moment {
     pub instants: Option<Instants>,
     /// Lengths of intervals, with an accuracy or located impacts.
     pub pace: Pace,
+    /// True if the interval before had no solution, by its [certificate](super::infeasible_gap).
+    pub is_infeasible: bool,
+    /// Number of failed steps in a row in which the island of each body was not solved. Empty after another step.
+    pub failures: Vec<u32>,
     /// State of the contact search.
     pub search: Box<Memory>,
 }
@@ -79,6 +87,23 @@ impl Moment {
     /// States X, one per body, with the velocities of the instant.
     pub fn states(&self) -> &[State] {
         self.instants.as_ref().map_or(&self.now.states, |instants| &instants.states)
+    }
+
+    /// Counts the step of `record`.
+    pub fn count_failure(&mut self, record: &StepRecord) {
+        if record.status() != StepStatus::Failed {
+            self.failures.clear();
+            return;
+        }
+        self.failures.resize(self.arrivals.len(), 0);
+        for (body, count) in self.failures.iter_mut().enumerate() {
+            *count = if record.unsolved.contains(&body) { count.saturating_add(1) } else { 0 };
+        }
+    }
+
+    /// True if the island of `body` failed in so many steps that it gets less effort.
+    pub fn keeps_failing(&self, body: usize) -> bool {
+        self.failures.get(body).is_some_and(|count| *count >= PATIENCE)
     }
 
     /// Notes the drive of an axis before it changes, with velocities of the instant.

@@ -7,10 +7,11 @@ use super::leapfrog;
 use super::moment::Moment;
 use super::unphysical::{self, UnphysicalCause};
 use super::workspace::Workspace;
-use super::{Motion, infeasible_gap, replacement};
+use super::{InfeasibleGap, Motion, infeasible_gap, replacement};
 use crate::contact::certificate::{Claim, certify_rk4_step};
-use crate::contact::rounding;
+use crate::contact::{Contact, Partner, rounding};
 use crate::error::Error;
+use crate::mechanics::State;
 use crate::mechanics::dynamics::rk4_step;
 use crate::step::{Step, StepReport, StepSolution, StepStatus};
 use crate::world::{Span, World};
@@ -77,6 +78,7 @@ pub(super) fn finish(
     workspace: &mut Workspace<'_>,
     taken: &mut Interval,
 ) {
+    moment.is_infeasible = taken.infeasible_gap.is_some();
     leapfrog::end(world, moment, inputs, workspace, taken);
     moment.arrive(world.time_step(), inputs);
     workspace.solution.copy_from(&taken.solution);
@@ -233,9 +235,32 @@ fn contact_step(
     let solution = &mut taken.solution;
     let needs_contact = candidates.find(detection, world, states, free);
     rest.found(candidates.contacts().len());
+    let infeasible_gap = |contacts: &[Contact], accepted: f64, next: &[State]| {
+        let least = world.time_step() * accepted.max(rounding::residual(world, states, next));
+        infeasible_gap::find(world, states, contacts, &previous.joints, least)
+    };
+    if moment.is_infeasible {
+        let accepted = solver.accepted_residual();
+        taken.infeasible_gap = infeasible_gap(candidates.contacts(), accepted, free);
+    }
     let (mut report, share, accepted) = if needs_contact {
         rest.tell(solver);
-        let (report, share) = bounce.solve(&step, solver, candidates, solution)?;
+        let is_hopeless = |body| {
+            let is_in = |gap: &InfeasibleGap| gap.between.contains(&Partner::Body(body));
+            moment.keeps_failing(body) || taken.infeasible_gap.as_ref().is_some_and(is_in)
+        };
+        let hopeless = match moment.is_infeasible || !moment.failures.is_empty() {
+            true => (0..states.len()).map(is_hopeless).collect(),
+            false => Vec::new(),
+        };
+        if let Some(solver) = solver.islands().filter(|_| !hopeless.is_empty()) {
+            solver.expect_failure(&hopeless);
+        }
+        let solved = bounce.solve(&step, solver, candidates, solution);
+        if let Some(solver) = solver.islands().filter(|_| !hopeless.is_empty()) {
+            solver.expect_failure(&[]);
+        }
+        let (report, share) = solved?;
         let islands = solver.islands();
         rest.keep(|body| islands.as_ref().is_some_and(|islands| islands.rested(body)));
         (report, share, solver.accepted_residual())
@@ -257,8 +282,11 @@ fn contact_step(
     };
     // The certificate overrides the solver's status. A NaN fails every comparison.
     let residual = certificate.residual();
-    let rounding = || rounding::residual(world, states, &solution.states);
-    let within = residual <= accepted || residual <= rounding();
+    let of_speeds = || rounding::residual(world, states, &solution.states);
+    let of_forces = || rounding::forces(world, &claim, solution.loads());
+    let within = residual <= accepted
+        || residual <= of_speeds()
+        || residual <= (of_speeds() + of_forces()).min(rounding::LARGEST);
     let solved = !matches!(report.status, StepStatus::Free | StepStatus::Failed);
     if !within {
         report.status = StepStatus::Failed;
@@ -272,9 +300,10 @@ fn contact_step(
         );
         taken.gain = energy_check.largest_gain();
     }
-    if report.status == StepStatus::Failed {
-        let least = world.time_step() * accepted.max(rounding());
-        taken.infeasible_gap = infeasible_gap::find(world, states, contacts, least);
+    taken.infeasible_gap =
+        taken.infeasible_gap.take().filter(|_| report.status == StepStatus::Failed);
+    if report.status == StepStatus::Failed && taken.infeasible_gap.is_none() {
+        taken.infeasible_gap = infeasible_gap(contacts, accepted, &solution.states);
     }
     // A step that skipped a contact has an invalid trajectory.
     if report.status != StepStatus::Failed {

@@ -222,8 +222,8 @@ impl StepRecord {
     }
 
     /// First infeasible gap.
-    pub fn infeasible_gap(&self) -> Option<InfeasibleGap> {
-        self.intervals().iter().find_map(|interval| interval.infeasible_gap)
+    pub fn infeasible_gap(&self) -> Option<&InfeasibleGap> {
+        self.intervals().iter().find_map(|interval| interval.infeasible_gap.as_ref())
     }
 
     /// Energies at the start and at the end of the step in `world`, as the rows of a run count them (J).

@@ -48,6 +48,9 @@ const MOST_PARTS: u32 = 64;
 const KEPT_PARTS: u32 = 4;
 const MARKED_PARTS: u32 = 16;
 
+/// Number of iterations in shorter intervals after which no others are tried.
+const MOST_ITERATIONS: u32 = 20_000;
+
 /// Largest number of Newton steps for the spin. The map is nearly linear.
 const MOST_NEWTON: u32 = 20;
 
@@ -78,7 +81,7 @@ pub(super) fn step(
     let Some(failure) = Failure::find(world, workspace, taken) else { return Ok(None) };
     record.unsolved.extend(failure.bodies());
     let keeps_at_once = failure.is_kept && !world.has_half_kicks();
-    let end = failure.has_wrong_contacts.then(|| moment.clone());
+    let end = failure.is_marked.then(|| moment.clone());
     if keeps_at_once || !moment.move_back(record.first()) {
         return Ok(None);
     }
@@ -87,12 +90,13 @@ pub(super) fn step(
     let inputs = inputs.uninterrupted();
     let most_parts = match (failure.is_squeezed, failure.is_kept) {
         (true, _) => 0,
-        (false, true) if failure.has_wrong_contacts => MARKED_PARTS,
+        (false, _) if failure.is_marked => MARKED_PARTS,
         (false, true) => KEPT_PARTS,
+        _ if failure.bodies().all(|body| moment.keeps_failing(body)) => KEPT_PARTS,
         (false, false) => MOST_PARTS,
     };
-    let mut parts = 2;
-    while parts <= most_parts {
+    let (mut parts, mut iterations) = (2, 0);
+    while parts <= most_parts && iterations < MOST_ITERATIONS {
         let start = Moment { search: Box::default(), ..moment.clone() };
         if let Some(end) = in_parts(parts, world, start, &inputs, workspace, &failure, record) {
             *moment = end;
@@ -100,6 +104,8 @@ pub(super) fn step(
             world.set_span(None);
             return Ok(None);
         }
+        let spent = record.intervals()[1..].iter().map(|taken| taken.report.iterations);
+        iterations += spent.sum::<u32>();
         record.truncate(1);
         parts *= 2;
     }
@@ -118,11 +124,42 @@ pub(super) fn step(
         return Ok(None);
     }
     let taken = &mut record.intervals_mut()[0];
+    hold_energy(world, moment, &inputs, workspace, &failure, taken);
+    Ok(None)
+}
+
+/// Ends the unsolved interval `taken` from `moment`, with a motion that adds no energy.
+fn hold_energy(
+    world: &World,
+    moment: &mut Moment,
+    inputs: &Inputs,
+    workspace: &mut Workspace<'_>,
+    failure: &Failure,
+    taken: &mut Interval,
+) {
     failure.hold_energy(world, workspace, taken);
     one_interval::measure_again(world, moment, workspace, taken);
-    one_interval::finish(world, moment, &inputs, workspace, taken);
+    one_interval::finish(world, moment, inputs, workspace, taken);
     workspace.rest.end();
-    Ok(None)
+}
+
+/// Ends the interval `taken` from `before` to `moment`, which was solved with the depths and joint errors of
+/// its start because their removal has no solution. It counts as one of `world` that removes them. If it
+/// has no solution either, its motion adds no energy.
+pub(super) fn end_infeasible(
+    world: &World,
+    before: Moment,
+    moment: &mut Moment,
+    inputs: &Inputs,
+    workspace: &mut Workspace<'_>,
+    taken: &mut Interval,
+) {
+    let is_solved = taken.report.status.is_solved();
+    certify_errors(world, moment, workspace, taken);
+    if let Some(failure) = Failure::find(world, workspace, taken).filter(|_| !is_solved) {
+        *moment = before;
+        hold_energy(world, moment, inputs, workspace, &failure, taken);
+    }
 }
 
 /// A step that was not solved or makes energy. Flags have one entry per body.
@@ -142,9 +179,9 @@ struct Failure {
     is_squeezed: bool,
     /// True if contacts or joints have errors at the start that alone exceed the accepted residual.
     has_errors: bool,
-    /// True if it is solved, and its contacts are not those of its pieces. Then it is kept, marked, if shorter
-    /// intervals do not help.
-    has_wrong_contacts: bool,
+    /// True if it is solved, and its contacts are not those of its pieces or its gain is that of an impact (32c). Then
+    /// it is kept, marked, if shorter intervals do not help.
+    is_marked: bool,
 }
 
 /// Objects between which a solved interval has a contact that is misplaced, or lacks one.
@@ -182,6 +219,7 @@ impl Failure {
         let is_unsolved = |body| has_failed && (all_are || !solver.is_solved(body));
         let has_wrong = |body| misplaced.is_some_and(|of| of.contains(&Partner::Body(body)));
         let is_tried = |body| is_unsolved(body) || energy_check.makes(body) || has_wrong(body);
+        let lags = |body| !energy_check.makes(body) || energy_check.lags(body);
         let unsolved: Vec<_> = (0..bodies).map(is_tried).collect();
         if !unsolved.contains(&true) {
             return None;
@@ -200,7 +238,7 @@ impl Failure {
             islands,
             is_squeezed: taken.infeasible_gap.is_some(),
             has_errors: has_errors(world, taken, world.time_step() * accepted),
-            has_wrong_contacts: misplaced.is_some(),
+            is_marked: !has_failed && (misplaced.is_some() || (0..bodies).all(lags)),
         })
     }
 
@@ -283,7 +321,7 @@ fn keep_errors(
     failure: &Failure,
     record: &mut StepRecord,
 ) -> bool {
-    let infeasible_gap = record.first().infeasible_gap;
+    let infeasible_gap = record.first().infeasible_gap.clone();
     let mut end = Moment { search: Box::default(), ..moment.clone() };
     let length = world.whole_step();
     let span = Span { since: 0.0, length, usual: f64::INFINITY, is_retry: false };
@@ -298,15 +336,27 @@ fn keep_errors(
     }
     (taken.span, taken.part, taken.gain) = (None, None, None);
     (taken.infeasible_gap, taken.unphysical) = (infeasible_gap, failure.cause);
+    certify_errors(world, &mut end, workspace, taken);
+    *moment = end;
+    record.remove_first();
+    true
+}
+
+/// Certifies `taken`, which was solved with the depths and joint errors of its start, as an interval of `world`
+/// that removes them. It ends at `moment`.
+fn certify_errors(
+    world: &World,
+    moment: &mut Moment,
+    workspace: &mut Workspace<'_>,
+    taken: &mut Interval,
+) {
     taken.report.status = StepStatus::Failed;
     taken.contacts.iter_mut().for_each(Contact::release);
     let Workspace { certifier, .. } = &mut *workspace;
     taken.certificate = certifier.contact_step(world, &taken.claim(), taken.solution.loads());
-    one_interval::measure_again(world, &mut end, workspace, taken);
+    one_interval::measure_again(world, moment, workspace, taken);
+    moment.is_infeasible = taken.infeasible_gap.is_some();
     workspace.forget();
-    *moment = end;
-    record.remove_first();
-    true
 }
 
 /// True per body if its island touches the ground or a fixed piece, or has a held body.

@@ -115,7 +115,7 @@ impl RunSummary {
         if status == StepStatus::Failed && self.first_failures.len() < MOST_FAILURES_KEPT {
             let message = report.message.map(Word::from);
             let part = Word::from(part);
-            let infeasible_gap = record.infeasible_gap();
+            let infeasible_gap = record.infeasible_gap().cloned();
             let unsolved = record.unsolved.iter().copied().take(MOST_BODIES_KEPT).collect();
             let unphysical = record.unphysical();
             let failed =

@@ -51,6 +51,17 @@
 //! with the rate n·s of A's point and the offset o (38a), is not a gain of an island without joints, up to 1/200 of
 //! its energy.
 //!
+//! The velocities before k belong to the middle of the last step. In the directions of the joints at k they differ
+//! from the mean rates of that step. In smooth motion, the work of joint forces on this difference cancels with
+//! that of the next step. At an impact of a stop it does not, for any h:
+//!
+//! ```text
+//! ½ Σ (h (f·v + τ·ω) − f (x_k − x̃))                                        (eq. 32c)
+//! ```
+//!
+//! over all joint axes. Shorter intervals do not reduce such a gain. A step is then kept and marked, up to 1/200 of
+//! the energy.
+//!
 //! A step also removes the depth δ at which contacts begin, and the error ε of joints at its start.
 //! Bodies between two planes move by more than δ, here up to 2 δ. At a speed v of the island of mass m
 //! this adds up to
@@ -81,7 +92,7 @@ pub use crate::mechanics::trajectory::LARGEST_TURN;
 /// Largest energy gain of an island in a valid step, relative to its kinetic energy and work.
 pub const LARGEST_GAIN: f64 = 1e-3;
 
-/// Largest share of the energy for the work (32b).
+/// Largest share of the energy for the works (32b) and (32c).
 const LARGEST_ROLL: f64 = 5e-3;
 
 /// Energy gain due to rounding, relative to the same energy.
@@ -173,6 +184,8 @@ pub(super) struct Budget {
     off: f64,
     /// Energy (32a) of the depth and errors that the step removes (J); like `off`.
     lift: f64,
+    /// Work (32c) of joint forces (J); like `off`.
+    lag: f64,
     /// True if the island has a joint.
     is_joined: bool,
     /// Share of the kinetic energy that a body may gain [at its start](World::bent_share).
@@ -201,9 +214,13 @@ impl Budget {
 
     /// True if the gain is also larger than what the depth at the start explains (32a).
     pub(super) fn is_made(&self) -> bool {
+        self.exceeds() && !self.is_explained_with(self.lift)
+    }
+
+    /// True if the gain is no larger than in a valid step with an energy of `more` (J).
+    fn is_explained_with(&self, more: f64) -> bool {
         let rest = self.rest.max((SMALL_GAIN.0 * self.rest).min(SMALL_GAIN.1));
-        let is_explained = self.gained <= LARGEST_GAIN * self.size + rest + self.lift;
-        self.exceeds() && !is_explained
+        self.gained <= LARGEST_GAIN * self.size + rest + more
     }
 
     /// Adds the next of several shorter steps of the same bodies.
@@ -261,6 +278,12 @@ impl EnergyCheck {
     /// [`LARGEST_GAIN`] and the depth at the start explain.
     pub(super) fn makes(&self, body: usize) -> bool {
         self.budgets[self.islands.label(body)].is_made()
+    }
+
+    /// True if (32a) and (32c) explain the gain of the island of `body`.
+    pub(super) fn lags(&self, body: usize) -> bool {
+        let budget = &self.budgets[self.islands.label(body)];
+        budget.is_explained_with(budget.lift + budget.lag.min(LARGEST_ROLL * budget.size))
     }
 
     /// Sum over the islands of these bodies in the last counted step.
@@ -370,7 +393,7 @@ impl EnergyCheck {
             self.allow_holding(world, claim);
         }
         if self.budgets.iter().any(Budget::exceeds) {
-            self.explain(world, claim);
+            self.explain(world, claim, motions);
         }
     }
 
@@ -393,8 +416,12 @@ impl EnergyCheck {
         }
     }
 
-    /// Computes the energy (32a) of the islands.
-    fn explain(&mut self, world: &World, claim: &Claim<'_>) {
+    /// Computes the energies (32a) and (32c) of the islands.
+    fn explain(&mut self, world: &World, claim: &Claim<'_>, motions: &[JointMotion]) {
+        for ((joint, force), motion) in world.joints().iter().zip(claim.joints).zip(motions) {
+            let work = motion.work_of_lag(joint, claim.states, force, world.time_step());
+            self.budgets[self.islands.label(joint.body())].lag += work.unwrap_or(0.0);
+        }
         let ends: Vec<_> = claim.joints.iter().map(|joint| joint.angles).collect();
         let angles = world.angles_near(claim.states, &ends);
         for (joint, angles) in world.joints().iter().zip(&angles) {

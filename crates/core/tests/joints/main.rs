@@ -4,6 +4,8 @@
 
 mod assembly;
 mod balls;
+#[path = "../common/campaign.rs"]
+mod campaign;
 #[path = "../common/mod.rs"]
 mod common;
 mod driven;

@@ -53,6 +53,10 @@ impl IslandSolver for Counting {
         self.0.expect_rest(bodies);
     }
 
+    fn expect_failure(&mut self, bodies: &[bool]) {
+        self.0.expect_failure(bodies);
+    }
+
     fn rested(&self, body: usize) -> bool {
         let rested = self.0.rested(body);
         self.2.fetch_add(u32::from(rested), Ordering::Relaxed);

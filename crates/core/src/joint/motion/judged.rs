@@ -223,6 +223,32 @@ impl JointMotion {
         Some(JointWork { drives: 0.5 * (work + about), excess: 0.5 * excess, holding: 0.5 * held })
     }
 
+    /// Work (32c) of `force` in a step of `time_step` (s) from `states`: on the velocities before it, beyond that on
+    /// the motion that they extrapolate (J). `None` if a body has no state.
+    pub(crate) fn work_of_lag(
+        &self,
+        joint: &Joint,
+        states: &[State],
+        force: &JointForce,
+        time_step: f64,
+    ) -> Option<f64> {
+        let acting =
+            joint.acting_at(&self.frames, &self.torque_map, states.get(joint.body)?, force);
+        let power = |body: Option<usize>, sign: f64| {
+            let state = body.and_then(|body| states.get(body))?;
+            let Wrench { force, torque } = acting.on(state, sign);
+            Some(force.dot(&state.velocity) + torque.dot(&state.spin))
+        };
+        let power = power(Some(joint.body), 1.0)? + power(joint.other, -1.0).unwrap_or(0.0);
+        let ((at, angles), (before, came)) = (&self.at, &self.before);
+        let turned = match joint.turning() {
+            TurnKind::Driven => joint.turned(before, came, at, angles),
+            _ => angles - came,
+        };
+        let motion = force.force.dot(&(at.place - before.place)) + force.torque.dot(&turned);
+        Some(0.5 * (time_step * power - motion))
+    }
+
     /// Response w of a row to an impulse: speed change per impulse over the mass of A, with all
     /// other bodies and contacts ignored. Angular rows are scaled by `length` (m). 1 for rows
     /// without a drive.

@@ -133,6 +133,11 @@ impl BodyEquation {
         self.free.linear.norm() + self.free.spin.norm() * self.reach
     }
 
+    /// Bound of the speed that an impulse and its torque cause, both per mass (m/s).
+    pub(super) fn largest_speed(&self, force: &Vector3<f64>, torque: &Vector3<f64>) -> f64 {
+        force.norm() + self.reach * self.inertia_inverse.norm() * torque.norm()
+    }
+
     /// Converts an angular residual of (N1) to the speed of a point at the body's reach (m/s).
     pub(super) fn as_speed(&self, angular: &Vector3<f64>) -> Vector3<f64> {
         self.inertia_inverse * angular * self.reach

@@ -1,6 +1,6 @@
 //! Iteration counter of an island, limited for each stage and interruptible.
 
-use super::settings::STAGE_ITERATIONS;
+use super::settings::{LIMITED_ITERATIONS, LIMITED_STAGES, STAGE_ITERATIONS};
 use crate::error::Error;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -12,17 +12,27 @@ pub(super) struct SolveEffort<'a> {
     /// Count at which the current stage ends.
     stage_end: u32,
     interrupted: bool,
+    /// Number of stages that may still begin, if limited.
+    stages: Option<u32>,
 }
 
 impl<'a> SolveEffort<'a> {
     /// Counter at zero.
     pub(super) fn new(interrupt: Option<&'a AtomicBool>) -> Self {
-        Self { interrupt, iterations: 0, stage_end: STAGE_ITERATIONS, interrupted: false }
+        let stage_end = STAGE_ITERATIONS;
+        Self { interrupt, iterations: 0, stage_end, interrupted: false, stages: None }
+    }
+
+    /// Allows only a few short stages.
+    pub(super) fn limit(&mut self) {
+        self.stages = Some(LIMITED_STAGES);
     }
 
     /// Begins another stage.
     pub(super) fn begin_stage(&mut self) {
-        self.stage_end = self.iterations.saturating_add(STAGE_ITERATIONS);
+        let allowed = if self.stages.is_some() { LIMITED_ITERATIONS } else { STAGE_ITERATIONS };
+        self.stages = self.stages.map(|left| left.saturating_sub(1));
+        self.stage_end = self.iterations.saturating_add(allowed);
     }
 
     /// Counts one iteration. Returns false if the stage is over.
@@ -40,9 +50,9 @@ impl<'a> SolveEffort<'a> {
         self.interrupted || self.iterations >= self.stage_end
     }
 
-    /// True if the step is interrupted.
-    pub(super) fn is_interrupted(&self) -> bool {
-        self.interrupted
+    /// True if no further stage may begin.
+    pub(super) fn is_last_stage(&self) -> bool {
+        self.interrupted || self.stages == Some(0)
     }
 
     /// Number of iterations of all stages so far.

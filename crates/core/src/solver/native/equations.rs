@@ -328,6 +328,11 @@ pub(super) trait Equations {
         impulses: &[Vector3<f64>],
         scratch: &mut Self::Scratch,
     ) -> MapResidual;
+    /// Rounding error of the motion residual by the impulses (m/s), eq. 22a. 0 for one body, whose impulses are not
+    /// larger than its momentum.
+    fn rounding(&self, _: &[Vector3<f64>], _: &mut Self::Scratch) -> f64 {
+        0.0
+    }
     /// Power of the motion residual evaluated last along a change of the velocities, over the mass M
     /// (m²/s²). `None` if the [method of multipliers](super::newton::Newton::solve_by_multipliers) is not used.
     fn slope_along(&self, _: &Self::Scratch, _: &Self::Velocity) -> Option<f64> {

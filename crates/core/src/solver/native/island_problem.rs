@@ -158,6 +158,9 @@ impl IslandProblem {
         asked: SolveAccuracy,
     ) -> Result<(), Error> {
         let mut effort = SolveEffort::new(step.interrupt);
+        if island.is_hopeless {
+            effort.limit();
+        }
         self.only = only(step.world, contacts, island);
         let outcome = if let Some(body) = self.only {
             let problem = alone(&mut self.alone, step.world);

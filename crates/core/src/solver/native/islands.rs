@@ -25,6 +25,8 @@ pub(super) struct IslandPartition {
     gears: Groups,
     /// True if the island must be solved: it has a new contact or a marked body.
     changed: Vec<bool>,
+    /// True per body whose island gets less effort. Empty without any.
+    hopeless: Vec<bool>,
     unsettled: Vec<f64>,
     changes: Vec<(f64, f64)>,
     known: KnownForces,
@@ -135,6 +137,8 @@ pub(super) struct IslandView<'a> {
     pub(super) known: &'a KnownForces,
     /// Relative change of the impulses between the last two steps. Infinite if no impulse acted.
     pub(super) unsettled: f64,
+    /// True if it has no solution, or failed in several steps.
+    pub(super) is_hopeless: bool,
 }
 
 impl IslandView<'_> {
@@ -420,6 +424,12 @@ impl IslandPartition {
         }
     }
 
+    /// Sets the flags of bodies whose islands get less effort, one per body or none.
+    pub(super) fn expect_failure(&mut self, bodies: &[bool]) {
+        self.hopeless.clear();
+        self.hopeless.extend_from_slice(bodies);
+    }
+
     pub(super) fn len(&self) -> usize {
         self.changed.len()
     }
@@ -443,6 +453,8 @@ impl IslandPartition {
             places: &self.places,
             known: &self.known,
             unsettled: self.unsettled[number],
+            is_hopeless: !self.hopeless.is_empty()
+                && self.bodies.get(number).iter().any(|&body| self.hopeless[body]),
         }
     }
 

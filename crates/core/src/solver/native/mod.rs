@@ -488,6 +488,10 @@ impl IslandSolver for NativeSolver {
         self.rests.extend_from_slice(bodies);
     }
 
+    fn expect_failure(&mut self, bodies: &[bool]) {
+        self.islands.expect_failure(bodies);
+    }
+
     fn rested(&self, body: usize) -> bool {
         self.rests.get(body).is_some_and(|rests| *rests)
     }

@@ -62,7 +62,7 @@ impl<E: Equations> Proximal<E> {
         let (mut map, mut is_evaluated) = (first, true);
         let (mut failed, mut waits) = (0, 0);
         for _ in 0..STAGE_ITERATIONS {
-            if least <= tolerances.solved {
+            if least <= tolerances.solved || least <= best.rounding(equations) {
                 if least <= tolerances.exact || refinements == 0 {
                     break;
                 }

@@ -116,6 +116,9 @@ pub(super) const LEAST_SCALE: f64 = 1e-6;
 
 /// Largest number of iterations of one stage. Successful stages take at most a few hundred.
 pub(super) const STAGE_ITERATIONS: u32 = 1500;
+/// Numbers of stages, and of iterations in each, of an island without a solution, or after failed steps.
+pub(super) const LIMITED_STAGES: u32 = 4;
+pub(super) const LIMITED_ITERATIONS: u32 = 100;
 /// Rotation in one step (rad) that is too large for a body with less than half of it at the start.
 /// Lever arms then rotate too far, and such discrete solutions gain energy.
 pub(super) const LARGE_TURN: f64 = 1.0;

@@ -253,7 +253,7 @@ impl<E: Equations> StageSolver<E> {
                 best = Some((rank, run, selected));
                 self.best.copy_from(&self.iterate);
             }
-            if same_solutions == SAME_SOLUTIONS || effort.is_interrupted() {
+            if same_solutions == SAME_SOLUTIONS || effort.is_last_stage() {
                 break;
             }
         }
@@ -264,7 +264,7 @@ impl<E: Equations> StageSolver<E> {
             self.iterate.evaluate_points(equations);
         }
         let Some((rank, run, selected)) = best else { return StageOutcome::UNSOLVED };
-        let solved = rank.residual <= accepted;
+        let solved = !rank.unsolved || rank.residual <= accepted;
         StageOutcome { solved, run, selected, retried: run != StageRun::PREVIOUS }
     }
 
@@ -430,7 +430,7 @@ impl<E: Equations> StageSolver<E> {
     /// Ranks the iterate with this `residual` (m/s). Keeps a solution's resting bodies at rest.
     /// Points that are not solutions are ranked by the residual only.
     fn rank(&mut self, equations: &E, residual: f64) -> Rank {
-        if residual > equations.tolerances().solved {
+        if residual > equations.tolerances().solved && residual > self.iterate.rounding(equations) {
             return Rank { unsolved: true, turns_too_far: false, gain: 0.0, residual };
         }
         if equations.settings().keeps_rest {

@@ -302,3 +302,31 @@ pub fn uneven(world: &World, bars: &[usize], numbers: &mut Numbers) -> World {
     let world = euler(parameters(bodies, world.time_step()));
     smooth(world.with_joints(joints).unwrap(), bars)
 }
+
+/// The same mechanism with gears between random coordinates, some of them with a drive on their sum.
+pub fn geared(world: World, states: &[State], numbers: &mut Numbers) -> World {
+    let joints = world.joints();
+    let counted = |joint: usize| {
+        let axes = (0..6).map(move |axis| GearAxis::new(joint, axis));
+        let is_free = |of: &GearAxis| match of.axis {
+            JointAxis::Linear(axis) => joints[joint].linear()[axis] != Axis::Locked,
+            JointAxis::Angular(axis) => joints[joint].angular()[axis] != Axis::Locked,
+        };
+        axes.filter(is_free).collect::<Vec<_>>()
+    };
+    let axes: Vec<_> = (0..joints.len()).flat_map(counted).collect();
+    let mut gears = Vec::new();
+    for _ in 0..1 + numbers.below(2) {
+        if axes.len() < 2 {
+            break;
+        }
+        let [first, second] = [0; 2].map(|_| axes[numbers.below(axes.len())]);
+        let ratio = numbers.between(-3.0, 3.0);
+        let [one, two] =
+            [first, second].map(|axis| axis.coordinate(joints, states, &Vector3::zeros()));
+        let gear = Gear::new(first, second, ratio, one - ratio * two);
+        let is_driven = numbers.next() < 0.3;
+        gears.push(if is_driven { gear.with_drive(drive(numbers, 1.0)) } else { gear });
+    }
+    world.clone().with_gears(gears).unwrap_or(world)
+}

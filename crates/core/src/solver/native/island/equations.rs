@@ -3,6 +3,7 @@
 //! Equation numbers refer to `docs/native-solver.md`.
 
 use super::{Both, CouplingKind, Island, IslandSlope, LinkTurnings};
+use crate::contact::rounding::{self, FORCE_ROUNDINGS};
 use crate::solver::native::body_equation::BodyEquation;
 use crate::solver::native::coupling::Coupling;
 use crate::solver::native::equations::{
@@ -23,6 +24,8 @@ use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 pub(crate) struct IslandScratch {
     residuals: Vec<Velocity>,
     turnings: Vec<Both>,
+    /// Speeds that impulses cause, one per body (m/s).
+    speeds: Vec<f64>,
 }
 
 /// Linear system, velocities in elimination order, and rotations of bodies with joints.
@@ -203,6 +206,36 @@ impl Equations for Island {
             size.add(&member.as_speed(&residual.spin));
         }
         size
+    }
+
+    fn rounding(&self, impulses: &[Vector3<f64>], scratch: &mut IslandScratch) -> f64 {
+        let IslandScratch { speeds, .. } = scratch;
+        speeds.clear();
+        speeds.resize(self.members.len(), 0.0);
+        let couplings = self.links.iter().zip(&self.setting.couplings);
+        for ((link, coupling), impulse) in couplings.zip(impulses) {
+            if let CouplingKind::Gear(gear) = link.kind {
+                for (body, wrench) in self.gears[gear].sides() {
+                    let [force, torque] =
+                        [0, 3].map(|row| wrench.fixed_rows::<3>(row).into_owned());
+                    speeds[body] += self.members[body]
+                        .largest_speed(&(force * impulse[0]), &(torque * impulse[0]));
+                }
+                continue;
+            }
+            let force = if link.pushes() { *impulse } else { Vector3::zeros() };
+            let mut add = |body: usize, torque_map: &Matrix3<f64>| {
+                let share = self.members[body].share;
+                let torque = torque_map * impulse;
+                speeds[body] += share * self.members[body].largest_speed(&force, &torque);
+            };
+            add(link.a, &coupling.lever.torque_map);
+            if let Some(other) = &link.b {
+                add(other.index, &other.torque_map);
+            }
+        }
+        let largest = speeds.iter().copied().fold(0.0, f64::max);
+        (0.5 * FORCE_ROUNDINGS * f64::EPSILON * largest).min(rounding::LARGEST)
     }
 
     fn slope_along(&self, scratch: &IslandScratch, step: &Vec<Velocity>) -> Option<f64> {

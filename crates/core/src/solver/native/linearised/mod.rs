@@ -277,6 +277,7 @@ impl StepDerivative {
                 places: &places,
                 known: &known,
                 unsettled: 0.0,
+                is_hopeless: false,
             };
             self.add(&at, contacts, &view)
         });

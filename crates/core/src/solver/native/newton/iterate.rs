@@ -107,6 +107,11 @@ impl<E: Equations> Iterate<E> {
         self.shifts.clear();
     }
 
+    /// Rounding error of the residual by the impulses (m/s), eq. 22a.
+    pub(crate) fn rounding(&mut self, equations: &E) -> f64 {
+        equations.rounding(&self.impulses, &mut self.scratch)
+    }
+
     pub(crate) fn is_finite(&self) -> bool {
         let impulses = self.impulses.iter().flatten();
         self.velocity.is_finite() && impulses.into_iter().all(|number| number.is_finite())
