@@ -1,7 +1,6 @@
 //! Unit tests of `contact_runs.rs`: a box falls, comes to rest, and is pushed.
 
 use super::super::{IntervalRows, Streams, TableShape, TablesReader, TablesWriter};
-use super::*;
 use nalgebra::{Vector3, Vector4};
 use tumble_core::contact::Plane;
 use tumble_core::mechanics::{RigidBody, Rotation, State, Wrench};
