@@ -66,8 +66,8 @@ impl Contact {
 
     /// Angular velocity of A relative to B at `states` (rad/s, world).
     pub(crate) fn turning_at(&self, states: &[State]) -> Vector3<f64> {
-        let of = |body: usize| rotation(&states[body].attitude) * states[body].spin;
-        of(self.key.body) - self.key.partner.body().map_or(Vector3::zeros(), of)
+        let turning = |body: usize| rotation(&states[body].attitude) * states[body].spin;
+        turning(self.key.body) - self.key.partner.body().map_or(Vector3::zeros(), turning)
     }
 
     /// Scales of the moment, with the rotations of A and B at the start of the step. W_tt and W_nn are

@@ -385,15 +385,17 @@ impl InstantMotions {
         before - along * along.dot(&before)
     }
 
-    /// True if `contact` touches, and if the velocities of a body of it are extrapolated: no impact came before.
+    /// True if `contact` touches, and if a body of it starts or has extrapolated velocities: no impact came before.
     fn goes_on(&self, world: &World, states: &[State], contact: &Contact) -> bool {
-        let is_extrapolated = |body: usize| {
+        let goes_on = |body: usize| {
             let [now, instant] = [&states[body], &self.instants[body]];
-            now.velocity != instant.velocity || now.spin != instant.spin
+            now.velocity != instant.velocity
+                || now.spin != instant.spin
+                || world.before().get(body) == Some(&0.0)
         };
         let solved = SLOWEST * world.speed_scale() * world.time_step();
         let touches = contact.gap <= world.touching_gap() + solved;
-        touches && contact.key.bodies().any(is_extrapolated)
+        touches && contact.key.bodies().any(goes_on)
     }
 
     /// State of `body` at the instant with the velocities 2V − w.

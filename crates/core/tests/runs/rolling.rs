@@ -189,6 +189,8 @@ fn smooth_bodies_roll_as_their_equations_say() {
     let flat = diagonal(1.78e-3, 2.5e-3, 3.28e-3);
     let long = diagonal(0.1, 0.08, 0.05);
     let coin = case("coin", solid(0.02, 0.1), disc(0.1), [0.0, 0.0, -0.01], true);
+    let spinning =
+        case("spinning disc", solid(0.0, 0.0375), disc(0.0375), [0.0, 0.0, -2.5e-4], true);
     let cylinder = case("cylinder", solid(0.1, 0.05), disc(0.05), [0.0, 0.0, -0.05], true);
     let cone = diagonal(7.8e-4, 7.8e-4, 1.08e-3);
     let cone = case("cone", cone, disc(0.06), [0.0, 0.0, -0.02], true);
@@ -203,6 +205,15 @@ fn smooth_bodies_roll_as_their_equations_say() {
     // Shape with its origin, attitude, spin, and the largest error with 2 ms (m).
     let cases = [
         (coin, Piece::cylinder(0.01, 0.1, 48), none, about(y, 70.0), [-0.47, 0.0, 12.0], 3e-4),
+        // Euler's disc at a tilt of 0.3 rad, whose centre rests: 4 g/(r sin 0.3) is the square of its precession.
+        (
+            spinning,
+            Piece::cylinder(2.5e-4, 0.0375, 48),
+            none,
+            about(y, 0.3_f64.to_degrees()),
+            [-17.585, 0.0, 0.0],
+            3e-4,
+        ),
         (cylinder, Piece::cylinder(0.05, 0.05, 24), none, about(y, -18.0), [0.0, 0.5, 9.0], 3e-4),
         (
             cone,

@@ -80,10 +80,12 @@ impl TurningOffset {
         if contact.turning_offset == Vector3::zeros() || instants.len() != states.len() {
             return None;
         }
-        let of = |states: &[State], body: usize| states[body].pose().rotation * states[body].spin;
+        let turning =
+            |states: &[State], body: usize| states[body].pose().rotation * states[body].spin;
         let sides = [Some(contact.key.body), contact.key.partner.body()];
-        let turnings = [states, instants]
-            .map(|states| sides.map(|body| body.map_or(Vector3::zeros(), |body| of(states, body))));
+        let turnings = [states, instants].map(|states| {
+            sides.map(|body| body.map_or(Vector3::zeros(), |body| turning(states, body)))
+        });
         Some(Self { normal: contact.normal(), turnings })
     }
 
@@ -159,8 +161,8 @@ impl LinearMoment {
                 let sides = if side == 0 { [&given, &nothing] } else { [&nothing, &given] };
                 let normal = coupling.tangent.change(sides[0], sides[1], 0.0, 0.0).turn;
                 let sign = if side == 0 { 1.0 } else { -1.0 };
-                let turnings = axes.offset.as_ref().map(|of| of.turnings);
-                let turned = |of: [Vector3<f64>; 2]| turn.cross(&of[side]) * sign;
+                let turnings = axes.offset.as_ref().map(|offset| offset.turnings);
+                let turned = |turnings: [Vector3<f64>; 2]| turn.cross(&turnings[side]) * sign;
                 let mut column = axes.turned(&normal, &turnings.unwrap_or_default().map(turned));
                 column.motion += from.tr_mul(&turn.cross(&turning[side])) * sign;
                 let torque = coupling.rotations[side].tr_mul(&turn.cross(impulse)) * -*length;
@@ -169,12 +171,12 @@ impl LinearMoment {
             }
         }
         if axes.offset.is_some() {
-            let [by_velocity, by_instant] = [0, 1].map(|of| {
+            let [by_velocity, by_instant] = [0, 1].map(|which| {
                 let mut columns = Box::new(RowsChange::zero());
                 for (side, sign) in [(0, 1.0), (1, -1.0)] {
                     for k in (0..3).filter(|_| slopes.bodies[side].is_some()) {
                         let mut turnings = [Vector3::zeros(); 2];
-                        turnings[of] = coupling.rotations[side].column(k) * sign;
+                        turnings[which] = coupling.rotations[side].column(k) * sign;
                         let column = axes.turned(&Vector3::zeros(), &turnings);
                         columns.set(6 * side + 3 + k, &column);
                     }
