@@ -18,7 +18,7 @@ use super::energy;
 use super::inputs::Inputs;
 use super::interval::Interval;
 use super::leapfrog::AddedError;
-use super::moment::Moment;
+use super::moment::{Moment, Pace};
 use super::one_interval;
 use super::record::StepRecord;
 use super::retry;
@@ -53,19 +53,6 @@ const MOST_HALVINGS: u32 = 8;
 const MOST_CHANGES: u32 = 32;
 /// Largest number of intervals of a step, with rejected ones. Later intervals are taken as they are.
 const MOST_INTERVALS: u32 = 20_000;
-
-/// Lengths of intervals.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
-pub(super) struct Pace {
-    /// Length of the last interval, to whose middle the velocities of the simulation belong (s); 0 before the
-    /// first.
-    pub length: f64,
-    /// Length wanted for the next interval of smooth motion (s); 0 if none is known.
-    pub wanted: f64,
-    /// Length of the last usual interval (s); 0 without any.
-    pub usual: f64,
-}
 
 /// Search for an abrupt change: lengths of an interval without it and of one with it, and their largest
 /// difference at its end (s).
