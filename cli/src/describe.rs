@@ -289,7 +289,7 @@ pub fn largest_gain(scene: &Scene, summary: &RunSummary) -> String {
 
 /// Bodies or pieces that leave too little space for a body.
 fn squeezed(scene: &Scene, squeeze: &InfeasibleGap) -> String {
-    let names: Vec<_> = squeeze.between.iter().map(|of| object(scene, *of)).collect();
+    let names: Vec<_> = squeeze.between.iter().map(|partner| object(scene, *partner)).collect();
     format!(": {} have {:.1e} m too little room", names.join(", "), squeeze.lacking)
 }
 

@@ -343,7 +343,6 @@ velocity = [0, -0.5, 0]
 /// Two pads that close on a block, or a pad that presses two blocks against a wall, finally leave
 /// too little room. The report names the bodies and the overlap.
 #[test]
-#[ignore = "slow"]
 fn bodies_without_room_are_reported_by_name() {
     const PINCHED: &str = r#"
 steps = 129

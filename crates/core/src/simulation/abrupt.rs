@@ -1,6 +1,5 @@
 //! Changes of velocity in a step that do not scale with h: impacts, ends of slips, stops of joints.
 
-use super::accuracy::CAUGHT;
 use super::interval::Interval;
 use super::islands::Islands;
 use super::leapfrog::Instants;
@@ -12,6 +11,8 @@ use crate::step::{ContactForce, StepSolution};
 use crate::world::{Impacts, World};
 use nalgebra::Vector3;
 
+/// Share of the error of a second that an abrupt change may add.
+pub(super) const CAUGHT: f64 = 0.1;
 /// Slip or rate of an axis (m/s or rad/s, relative to the speed scale) below which it counts as
 /// standing still. Solutions are exact to about 1e-12.
 pub(super) const STILL: f64 = 1e-9;
@@ -197,8 +198,8 @@ impl AbruptChanges {
             }
             let [mut now, mut past] = [PairFriction::default(); 2];
             for place in group {
-                let (contact, force) = (&step.contacts[place], &forces[place]);
-                now.add(contact, force);
+                let contact = &step.contacts[place];
+                now.add(contact, &forces[place]);
                 if let Some(force) = self.index.find(step.past, &contact.key, place) {
                     past.add(contact, force);
                 }

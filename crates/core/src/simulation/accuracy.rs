@@ -15,11 +15,12 @@
 //! the instant, and |w⁺ − w| in ε is at most a tenth of the accuracy. Velocities go on from interval to interval,
 //! whatever their lengths (37), but islands with an abrupt change start at the velocities of the instant.
 
+use super::abrupt::CAUGHT;
 use super::energy;
 use super::inputs::Inputs;
 use super::interval::Interval;
 use super::leapfrog::AddedError;
-use super::moment::Moment;
+use super::moment::{Moment, Pace};
 use super::one_interval;
 use super::record::StepRecord;
 use super::retry;
@@ -28,8 +29,6 @@ use super::{EnergyBalance, EnergyGain};
 use crate::error::Error;
 use crate::world::{Impacts, Span, WINDOW, World};
 
-/// Share of the error of a second that an abrupt change may add.
-pub(super) const CAUGHT: f64 = 0.1;
 /// Shortest interval (s). Gaps are known to about 1e-16 m, and 1e-16 m are 1e-7 m/s in 1e-9 s.
 const SHORTEST: f64 = 1e-9;
 /// Shortest interval up to a change of acceleration without an accuracy, as a share of the step. Changes in a heap
@@ -57,19 +56,6 @@ const SHORTEST_RETRY: f64 = 1.0 / 256.0;
 const MOST_CHANGES: u32 = 32;
 /// Largest number of intervals of a step, with rejected ones. Later intervals are taken as they are.
 const MOST_INTERVALS: u32 = 20_000;
-
-/// Lengths of intervals.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
-pub(super) struct Pace {
-    /// Length of the last interval, to whose middle the velocities of the simulation belong (s); 0 before the
-    /// first.
-    pub length: f64,
-    /// Length wanted for the next interval of smooth motion (s); 0 if none is known.
-    pub wanted: f64,
-    /// Length of the last usual interval (s); 0 without any.
-    pub usual: f64,
-}
 
 /// Search for an abrupt change.
 #[derive(Debug, Clone, Copy)]

@@ -114,9 +114,9 @@ pub(super) fn find(
     // Weights of the contacts of each pair of objects.
     let mut pairs: Vec<([Partner; 2], f64)> = Vec::new();
     for (row, p) in rows.iter().zip(&violations).filter(|(_, p)| p.abs() > SIGNIFICANT * most) {
-        for of in row.objects {
-            if !between.contains(&of) {
-                between.push(of);
+        for object in row.objects {
+            if !between.contains(&object) {
+                between.push(object);
             }
         }
         match pairs.iter_mut().find(|(pair, _)| *pair == row.objects) {
@@ -126,7 +126,7 @@ pub(super) fn find(
         }
     }
     let unit = pairs.iter().map(|(_, weight)| *weight).reduce(f64::max).unwrap_or(most);
-    between.sort_by_key(|of| (of.body().is_none(), of.body()));
+    between.sort_by_key(|object| (object.body().is_none(), object.body()));
     Some(InfeasibleGap { between, lacking: b / unit })
 }
 

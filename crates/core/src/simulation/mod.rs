@@ -389,7 +389,7 @@ impl<'a> Simulation<'a> {
         world.set_span(None);
         let before = taken.inspect_err(|_| *record = StepRecord::new())?;
         moment.index += 1;
-        moment.count_failure(record);
+        moment.count_failure(record.status(), &record.unsolved);
         *undo = before.map_or(Undo::Interval, Undo::Moment);
         Ok(())
     }

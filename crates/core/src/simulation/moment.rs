@@ -1,18 +1,29 @@
 //! Time of a run from which it can continue.
 
-use super::accuracy::Pace;
 use super::driving::AxisDrive;
 use super::inputs::Inputs;
 use super::interval::Interval;
 use super::islands::Islands;
 use super::leapfrog::Instants;
-use super::record::StepRecord;
 use crate::contact::Memory;
 use crate::joint::JointForce;
 use crate::mechanics::{State, Wrench};
 use crate::step::{StepSolution, StepStatus};
 use crate::world::{Integrator, World};
 use std::mem::{swap, take};
+
+/// Lengths of intervals.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
+pub(super) struct Pace {
+    /// Length of the last interval, to whose middle the velocities of the simulation belong (s); 0 before the
+    /// first.
+    pub length: f64,
+    /// Length wanted for the next interval of smooth motion (s); 0 if none is known.
+    pub wanted: f64,
+    /// Length of the last usual interval (s); 0 without any.
+    pub usual: f64,
+}
 
 /// Number of failed steps in a row after which an island gets less effort.
 const PATIENCE: u32 = 3;
@@ -89,15 +100,15 @@ impl Moment {
         self.instants.as_ref().map_or(&self.now.states, |instants| &instants.states)
     }
 
-    /// Counts the step of `record`.
-    pub fn count_failure(&mut self, record: &StepRecord) {
-        if record.status() != StepStatus::Failed {
+    /// Counts a step with this `status`, in which the islands of the bodies in `unsolved` were not solved.
+    pub fn count_failure(&mut self, status: StepStatus, unsolved: &[usize]) {
+        if status != StepStatus::Failed {
             self.failures.clear();
             return;
         }
         self.failures.resize(self.arrivals.len(), 0);
         for (body, count) in self.failures.iter_mut().enumerate() {
-            *count = if record.unsolved.contains(&body) { count.saturating_add(1) } else { 0 };
+            *count = if unsolved.contains(&body) { count.saturating_add(1) } else { 0 };
         }
     }
 

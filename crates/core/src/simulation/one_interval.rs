@@ -249,9 +249,10 @@ fn contact_step(
             let is_in = |gap: &InfeasibleGap| gap.between.contains(&Partner::Body(body));
             moment.keeps_failing(body) || taken.infeasible_gap.as_ref().is_some_and(is_in)
         };
-        let hopeless = match moment.is_infeasible || !moment.failures.is_empty() {
-            true => (0..states.len()).map(is_hopeless).collect(),
-            false => Vec::new(),
+        let hopeless: Vec<bool> = if moment.is_infeasible || !moment.failures.is_empty() {
+            (0..states.len()).map(is_hopeless).collect()
+        } else {
+            Vec::new()
         };
         if let Some(solver) = solver.islands().filter(|_| !hopeless.is_empty()) {
             solver.expect_failure(&hopeless);

@@ -48,7 +48,8 @@ impl OpenRuns {
         let goes_on = is_whole && self.intervals > 0;
         self.intervals = (self.intervals + 1) % LONGEST;
         let mut before = before.into_iter().filter(|_| goes_on).peekable();
-        let (first, mut has_long) = (self.runs.len(), false);
+        let first = self.runs.len();
+        let mut has_long = false;
         for row in rows {
             let is_earlier = |place: &usize| self.runs[*place].row.index < row.index;
             while before.next_if(is_earlier).is_some() {}

@@ -49,7 +49,7 @@ fn written(world: &World, every: u64) -> (Streams<Vec<u8>>, Vec<IntervalRows>) {
             _ => simulation.step(&mut record).unwrap(),
         }
         writer.write(&record).unwrap();
-        if k % every == 0 {
+        if k % every == 0 || k == 400 {
             rows.extend(IntervalRows::from_step(world, &record));
         }
     }
