@@ -13,6 +13,9 @@
 //! happens in an interval of length ε that follows. Its error ½ ε |w⁺ − w| is at most a tenth of the
 //! error of a second. Velocities go on from interval to interval, whatever their lengths (37), but islands with
 //! an abrupt change start at the velocities of the instant.
+//!
+//! If an interval has a [certificate](super::infeasible_gap) that no solution exists, the rest of the step is one
+//! interval that keeps the depths and joint errors of its start.
 
 use super::energy;
 use super::inputs::Inputs;
