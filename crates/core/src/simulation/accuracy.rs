@@ -14,6 +14,9 @@
 //! error of a second. Where friction changes the acceleration, the next usual interval starts at the velocities of
 //! the instant, and |w⁺ − w| in ε is at most a tenth of the accuracy. Velocities go on from interval to interval,
 //! whatever their lengths (37), but islands with an abrupt change start at the velocities of the instant.
+//!
+//! If an interval has a [certificate](super::infeasible_gap) that no solution exists, the rest of the step is one
+//! interval that keeps the depths and joint errors of its start.
 
 use super::abrupt::CAUGHT;
 use super::energy;

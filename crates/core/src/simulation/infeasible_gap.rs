@@ -107,7 +107,8 @@ pub(super) fn find(
     let b: f64 = rows.iter().zip(&violations).map(|(row, p)| row.least * p).sum();
     // The regularisation leaves Gᵀp + Jᵀλ = δ x, which motions within the reach could use.
     let unbalanced = REGULARISATION * x.lp_norm(1) * world.reach();
-    if !(b - unbalanced > least * weights) {
+    let is_proven = b - unbalanced > least * weights;
+    if !is_proven {
         return None;
     }
     let mut between = Vec::new();

@@ -58,7 +58,7 @@ pub struct Interval {
     /// taut joints from below. A taut chain becomes unstable if it stays above 2 for several steps,
     /// which no certificate shows. An impact can exceed 2 for a single step.
     pub stiffness: f64,
-    /// Cause of a failed step, if two bodies leave too little room for a third one.
+    /// Certificate that a failed step has no solution.
     pub infeasible_gap: Option<InfeasibleGap>,
     /// Cause of a step with [`StepStatus::Wild`], or of a failed step whose solution makes energy.
     pub unphysical: Option<UnphysicalCause>,

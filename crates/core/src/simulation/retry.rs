@@ -2,7 +2,7 @@
 //! contact that is misplaced or missing (18g, 18h): shorter intervals, or a motion that adds no energy.
 //!
 //! The step is taken in 2, 4, … 64 intervals of h/n until each of them is solved and they make no energy
-//! together, unless a body is [squeezed](super::infeasible_gap): no interval has a solution then. Each
+//! together, unless a [certificate](super::infeasible_gap) says that no interval has a solution. Each
 //! interval of n removes its share of the depths that are left, 1/n, 1/(n − 1), … 1.
 //! Without half kicks, velocities are converted before and after them: the spin keeps its momentum P⁻
 //! (eq. 34), and the velocity of flying bodies changes by ½ (h − h/n) g.
