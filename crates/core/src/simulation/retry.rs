@@ -49,7 +49,7 @@ const KEPT_PARTS: u32 = 4;
 const MARKED_PARTS: u32 = 16;
 
 /// Number of iterations in shorter intervals after which no others are tried.
-const MOST_ITERATIONS: u32 = 20_000;
+const MOST_ITERATIONS: u32 = 100_000;
 
 /// Largest number of Newton steps for the spin. The map is nearly linear.
 const MOST_NEWTON: u32 = 20;
