@@ -13,6 +13,7 @@ mod passive;
 mod rollout;
 mod save;
 mod starts;
+mod symmetry;
 mod terrain_files;
 #[path = "../../crates/core/tests/common/toss.rs"]
 mod toss;
