@@ -317,12 +317,13 @@ impl TakenStep<'_> {
 
     /// True if the touching points approach faster than smooth accelerations explain in a step.
     fn is_impact(&self, contact: &Contact) -> bool {
-        // A touching point that moves over its body leaves the plane faster than its surface does.
-        let approach = if contact.rolls() {
-            (contact.gap_in(self.earlier) - contact.gap) / self.world.time_step()
-        } else {
-            -contact.normal().dot(&contact.point_velocity(self.world, self.states))
-        };
+        let mut approach = -contact.normal().dot(&contact.point_velocity(self.world, self.states));
+        if contact.rolls() {
+            // A touching point that moves over its body leaves the plane faster than its surface does. The gap before
+            // may be that of another feature.
+            let closed = contact.gap_in(self.earlier) - contact.gap;
+            approach = approach.min(closed / self.world.time_step());
+        }
         approach > 0.0 && approach > contact.smooth_change(self.world, self.states, self.free)
     }
 
