@@ -28,12 +28,10 @@ fn a_capsule_on_an_edge_gains_nothing() {
     assert!(found.failed.is_empty(), "{found}");
 }
 
-/// The light cone's motion is chaotic. Of eight runs with starts 1e-7 m/s apart, three had one failed step each, and five
-/// had none.
 #[test]
 fn cones_stop_without_making_energy() {
     for (name, text, steps, most_failed) in
-        [("capsules", CAPSULES, 240, 0), ("light", LIGHT_CONE, 400, 1), ("stop", CONE_STOP, 666, 0)]
+        [("capsules", CAPSULES, 240, 0), ("light", LIGHT_CONE, 400, 0), ("stop", CONE_STOP, 666, 0)]
     {
         let mut found = PassiveSteps::default();
         found.run(name, text, steps);

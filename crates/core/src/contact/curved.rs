@@ -224,12 +224,13 @@ impl Reach {
         Self { length: direction.dot(d), direction, is_exact: false }
     }
 
-    /// |D|_n minus the length `before` of an earlier vector `was` (m), without cancellation.
-    pub fn beyond(&self, d: &Vector3<f64>, was: &Vector3<f64>, before: f64) -> f64 {
-        if self.is_exact && self.length + before > 0.0 {
-            return (d - was).dot(&(d + was)) / (self.length + before);
+    /// |D|_n minus that of an earlier vector with its reach (m), without cancellation.
+    pub fn beyond(&self, d: &Vector3<f64>, (was, before): (&Vector3<f64>, &Self)) -> f64 {
+        let sum = self.length + before.length;
+        if self.is_exact && before.is_exact && sum > 0.0 {
+            return (d - was).dot(&(d + was)) / sum;
         }
-        self.length - before
+        self.length - before.length
     }
 }
 

@@ -107,6 +107,24 @@ fn flat_ends_slide_over_noise_of_each_size() {
     assert!(wrong.is_empty(), "{} runs: {wrong:#?}", wrong.len());
 }
 
+/// The flat end is nearly level, and comes down away from the point that is nearest at the start.
+#[test]
+fn flat_ends_come_down_on_another_point_of_their_rim() {
+    let mut wrong = Vec::new();
+    for (shape, noise, friction, seed) in [
+        ("octagon", 1e-9, 0.0, 23),
+        ("octagon", 1e-8, 0.3, 30),
+        ("octagon", 1e-9, 0.3, 59),
+        ("cone", 1e-9, 0.3, 52),
+        ("cone", 1e-4, 0.0, 22),
+        ("cylinder", 1e-4, 0.0, 22),
+    ] {
+        let fault = slide_fault(shape, noise, friction, seed, 170);
+        wrong.extend(fault.map(|fault| format!("{shape} {noise:e} {friction} {seed}: {fault}")));
+    }
+    assert!(wrong.is_empty(), "{} runs: {wrong:#?}", wrong.len());
+}
+
 /// A ramp of 10° about an oblique axis, its vertices rounded to single precision. The velocity is
 /// g sin α t along it.
 #[test]

@@ -46,8 +46,9 @@ proptest! {
             prop_assert!((slope - reach.direction[k]).abs() < 1e-8);
         }
         let was = d + Vector3::new(1e-3, 2e-3, -1e-3);
-        let before = was.norm();
-        prop_assert!((reach.beyond(&d, &was, before) - (reach.length - before)).abs() < 1e-15);
+        let before = at(&was);
+        let difference = reach.beyond(&d, (&was, &before));
+        prop_assert!((difference - (reach.length - before.length)).abs() < 1e-15);
     }
 
     /// The length is at most the distance, and it is continuous at the limit angle.

@@ -33,7 +33,7 @@ pub(super) struct EllipsoidRows {
 ///
 /// ```text
 /// u_t = (E − n nᵀ) (v_A + A_A K_A c − v_B − A_B K_B b + (A_A ω_A) × y)
-/// u_n = (n⁺·(c⁺ − r_B⁺) − n·(c − r_B) − |Sᵀ n_A⁺|_u + |Sᵀ n_A| + φ)/h              (N14a)
+/// u_n = (n⁺·(c⁺ − r_B⁺) − n·(c − r_B) − |Sᵀ n_A⁺|_u + |Sᵀ n_A|_u + φ)/h            (N14a)
 /// ```
 ///
 /// with the norm of eq. 4c.
@@ -89,7 +89,7 @@ impl<'a> EllipsoidMotion<'a> {
         let half = |n: &Vector3<f64>| ellipsoid.axes.tr_mul(n);
         let (width, was) = (half(&after), half(&before));
         let reach = point.width(&after);
-        opening -= reach.beyond(&width, &was, was.norm()) / time_step;
+        opening -= reach.beyond(&width, (&was, &point.width(&before))) / time_step;
         // A disc that ends flat keeps its point.
         let toward = if ellipsoid.is_across(&after) { point.toward } else { reach.direction };
         let nearest = -(ellipsoid.axes * toward);

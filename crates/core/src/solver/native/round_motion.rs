@@ -98,8 +98,9 @@ impl<'a> RoundMotion<'a> {
         let core_a = Core { from: middle - of_a * curved.shares.0, along: of_a };
         let core_b = Core { from: of_b * -curved.shares.1, along: of_b };
         let (shares, offset_vector) = closest_vector(&core_a, &core_b);
-        let reach = Reach::new(&offset_vector, &coupling.rows.normal());
-        let opening = reach.beyond(&offset_vector, &was, was.norm()) / time_step;
+        let normal = coupling.rows.normal();
+        let [before, reach] = [was, offset_vector].map(|vector| Reach::new(&vector, &normal));
+        let opening = reach.beyond(&offset_vector, (&was, &before)) / time_step;
         Self { coupling, round, curved, a, b, apart, shares, reach, opening }
     }
 
