@@ -205,6 +205,20 @@ fn a_growing_force_breaks_a_block_away_in_time() {
     }
 }
 
+/// Torque that grows by 1 N m/s about the normal: the corners, at the distance R, hold it until μ_s m g R.
+#[test]
+fn a_growing_torque_breaks_a_block_away_in_time() {
+    let (radius, inertia) = (0.2 * 2f64.sqrt(), 0.32 / 12.0);
+    let since = 1.8 - 0.5 * G * radius;
+    let exact = (0.2 * G * radius * since.powi(2) / 2.0 + since.powi(3) / 6.0) / inertia;
+    let text = block(0.3, 0.5, "load = { torque = [[0, 0, 0, 0], [10, 0, 0, 10]] }\n");
+    for accuracy in [1e-3, 1e-5, 1e-7] {
+        let attitude = at(&text, 1.8, accuracy)[0].attitude;
+        let error = (2.0 * attitude[3].atan2(attitude[0]) - exact) * radius;
+        assert!(error.abs() <= accuracy, "{accuracy:e}: {error:e}");
+    }
+}
+
 /// A spring holds a block on a belt of 0.1 m/s. It sticks until k x = μ_s m g; then x = μ g/ω² + A cos ω t + v/ω sin ω t
 /// with A = (μ_s − μ) g/ω².
 #[test]

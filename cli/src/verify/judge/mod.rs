@@ -379,9 +379,8 @@ impl StepJudge {
             .then(|| format!("a contact of body {body} that ends {depth:.3e} m deep has no row"))
     }
 
-    /// Reason why a step with the status of a solved one has other contacts than its pieces, with this error of
-    /// the placement (18g) and this overlap after it (m): a force acts where they do not touch, or pieces sink
-    /// into each other (18h).
+    /// Contradiction between the contacts of a solved step and its pieces: a force acts where they do not touch, with
+    /// this `error` of the placement (18g), or pieces sink into each other (18h), with this `overlap` at the end (m).
     fn wrong_contacts(
         &mut self,
         judged: &JudgedStep<'_>,

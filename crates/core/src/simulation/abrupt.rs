@@ -91,24 +91,49 @@ pub(super) enum TurningMotion {
     Joint(usize),
 }
 
-/// Forces between two bodies, and the largest slip of their points.
+/// Friction between two bodies, and the largest slips of their points.
 #[derive(Debug, Clone, Copy, Default)]
 struct PairFriction {
-    /// Friction (N, world), and the sum of normal forces (N).
-    tangential: Vector3<f64>,
+    /// Σ f_n now and in the step before (N).
     normal: f64,
-    /// m/s.
+    past_normal: f64,
+    /// Σ |f_t| / Σ f_n now, and at the end of the step.
+    share: f64,
+    end: f64,
+    /// Largest slips in this step, and in the step before (m/s).
     slip: f64,
+    past_slip: f64,
 }
 
 impl PairFriction {
-    fn add(&mut self, contact: &Contact, point: &ContactForce) {
+    /// Adds the normal force at `contact`, which was `past` before.
+    fn load(&mut self, contact: &Contact, now: &ContactForce, past: Option<&ContactForce>) {
+        self.normal += contact.normal().dot(&now.force);
+        self.past_normal += past.map_or(0.0, |past| contact.normal().dot(&past.force));
+    }
+
+    /// Adds the friction at `contact`, which changes from `past` on, and by `growth` times as much until the end.
+    /// Kicks of other lengths have other forces, with the same shares in the normal force of the pair.
+    fn add(
+        &mut self,
+        contact: &Contact,
+        now: &ContactForce,
+        past: Option<&ContactForce>,
+        growth: f64,
+    ) {
         let normal = contact.normal();
-        let pressing = normal.dot(&point.force);
-        self.tangential += point.force - normal * pressing;
-        self.normal += pressing;
-        if point.carries_force() {
-            self.slip = self.slip.max(point.slip.norm());
+        let friction = |force: &ContactForce, all: f64| {
+            (force.force - normal * normal.dot(&force.force)) / all
+        };
+        let share = friction(now, self.normal);
+        let past_share = past.map_or(share, |past| friction(past, self.past_normal));
+        self.share += share.norm();
+        self.end += (share + (share - past_share) * growth).norm();
+        if now.carries_force() {
+            self.slip = self.slip.max(now.slip.norm());
+        }
+        if let Some(past) = past.filter(|past| past.carries_force()) {
+            self.past_slip = self.past_slip.max(past.slip.norm());
         }
     }
 }
@@ -193,19 +218,21 @@ impl AbruptChanges {
             place = group.end;
             let turns = self.turning.get(first.key.body) == Some(&true);
             let is_known = first.key.bodies().any(|body| self.bodies[body]);
-            if is_known || step.resting.get(first.key.body) == Some(&true) {
+            let rests = step.resting.get(first.key.body) == Some(&true);
+            let Some(growth) = step.growth(first).filter(|_| !is_known && !rests) else { continue };
+            let mut friction = PairFriction::default();
+            let mut past =
+                |place: usize| self.index.find(step.past, &step.contacts[place].key, place);
+            for place in group.clone() {
+                friction.load(&step.contacts[place], &forces[place], past(place));
+            }
+            if friction.normal.min(friction.past_normal) <= 0.0 {
                 continue;
             }
-            let [mut now, mut past] = [PairFriction::default(); 2];
             for place in group {
-                let contact = &step.contacts[place];
-                now.add(contact, &forces[place]);
-                if let Some(force) = self.index.find(step.past, &contact.key, place) {
-                    past.add(contact, force);
-                }
+                friction.add(&step.contacts[place], &forces[place], past(place), growth);
             }
-            if let Some(lost) = step.lost(first, [past, now], turns).filter(|lost| *lost > allowed)
-            {
+            if let Some(lost) = step.lost(first, friction, turns).filter(|lost| *lost > allowed) {
                 self.lost = self.lost.max(lost);
                 let motion = TurningMotion::Slip(first.key);
                 self.add(first.key.bodies(), Change::Friction(None), motion);
@@ -361,45 +388,47 @@ impl TakenStep<'_> {
         self.still().ends(&before, &now.slip, end, self.kick(contact))
     }
 
+    /// t⁺/t (41b) of a pair with the contact `first`, for loads in the middle of a kick or for springs at the start of
+    /// an interval, whichever is larger. `None` after an abrupt change.
+    fn growth(&self, first: &Contact) -> Option<f64> {
+        let last = first.key.bodies().find_map(|body| self.instants.last_kick(body))?;
+        let h = self.world.time_step();
+        let ahead = 0.5 * h * (1.0 + self.kick(first));
+        Some((ahead / (last.middle + h - ahead)).max(h / last.start))
+    }
+
     /// Velocity that the friction of a sticking pair takes too much (m/s), if it is overcome in this step; `first` is
-    /// a contact of it. The share ρ of friction in the normal force goes on from the kick before to the present one,
-    /// and on to the end:
+    /// a contact of it. The shares r of its points in the normal force go on from the kick before to the present one, and
+    /// on to the end:
     ///
     /// ```text
-    /// ρ⁺ = ρ + (ρ − ρ⁻) t⁺/t,   δ = (|ρ⁺| − μ) f_n h/m   if |ρ| < μ_s < |ρ⁺|          (eq. 41b)
+    /// r = f_t/Σ f_n,   r⁺ = r + (r − r⁻) t⁺/t,   ρ = Σ|r|,   ρ⁺ = Σ|r⁺|,
+    /// δ = (ρ⁺ − μ) f_n h/m   if ρ < μ_s < ρ⁺                                          (eq. 41b)
     /// ```
     ///
-    /// If it slips in the step, the kinetic friction may act too early: |ρ⁺| = μ_s. Where the step begins as it
+    /// If it slips in the step, the kinetic friction may act too early: ρ⁺ = μ_s. Where the step begins as it
     /// `breaks` away, it does not.
-    fn lost(&self, first: &Contact, pair: [PairFriction; 2], breaks: bool) -> Option<f64> {
+    fn lost(&self, first: &Contact, friction: PairFriction, breaks: bool) -> Option<f64> {
         let Self { world, .. } = self;
         let still = self.still();
-        let [past, now] = pair;
-        let slips = now.slip > still.now;
-        let presses = past.normal.min(now.normal) > 0.0;
-        if past.slip > still.before || !presses || slips && breaks {
+        let PairFriction { normal, share, end, slip, past_slip, .. } = friction;
+        let slips = slip > still.now;
+        if past_slip > still.before || slips && breaks {
             return None;
         }
-        let last = first.key.bodies().find_map(|body| self.instants.last_kick(body))?;
-        let (h, kick) = (world.time_step(), self.kick(first));
         let masses = first.key.bodies().map(|body| world.bodies()[body].mass());
         let mass = masses.fold(f64::INFINITY, f64::min);
-        let change = now.normal * h / (kick * mass);
+        let change = normal * world.time_step() / (self.kick(first) * mass);
         let kinetic = world.friction_between(first.key.body, first.key.partner);
         if slips {
             return Some((first.law.static_friction? - kinetic) * change);
         }
-        // t⁺/t, for loads in the middle of a kick and for springs at the start of an interval.
-        let ahead = 0.5 * h * (1.0 + kick);
-        let growth = (ahead / (last.middle + h - ahead)).max(h / last.start);
-        let [past, now] = [past, now].map(|pair| pair.tangential / pair.normal);
-        let end = now + (now - past) * growth;
         let most = first.law.friction;
-        let [below, above] = [most - now.norm(), end.norm() - most];
+        let [below, above] = [most - share, end - most];
         let rounding = ROUNDING * world.speed_scale() / change;
         // A step that should begin with the break may have a slip within the rounding error.
         let is_overcome = below.min(above) > rounding || breaks && below < rounding;
-        is_overcome.then(|| (end.norm() - kinetic.min(most)) * change)
+        is_overcome.then(|| (end - kinetic.min(most)) * change)
     }
 
     /// Time after the start at which the slip of a contact ends, see [`Self::turn`] (s).

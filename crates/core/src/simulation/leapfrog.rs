@@ -190,7 +190,7 @@ fn turning_spin(
     (torque == Vector3::zeros()).then(arriving)
 }
 
-/// What the change of velocity of a body in an interval says, if it is smooth.
+/// Motion of a body in an interval without an abrupt change.
 struct SmoothMotion {
     /// Mean accelerations (m/s² and rad/s²), and their derivatives from two intervals.
     acceleration: [Vector3<f64>; 2],
