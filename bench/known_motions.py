@@ -128,6 +128,14 @@ def ramp(friction: float, static: float, rate: float, duration: float) -> Known:
     return Known(ground(friction, more) + BLOCK + load, duration, [end, 0.0, 0.05])
 
 
+def pushed(friction: float, static: float, force: float, begin: float, duration: float) -> Known:
+    """Block under a force that begins at once, N."""
+    end = 0.5 * (force - friction * G) * (duration - begin) ** 2
+    rows = f"[[0, 0, 0, 0], [{begin!r}, 0, 0, 0], [{begin!r}, {force!r}, 0, 0]]"
+    load = f"load = {{ force = {rows}, at = [0, 0, -0.05] }}\n"
+    return Known(ground(friction, f"static_friction = {static!r}\n") + BLOCK + load, duration, [end, 0.0, 0.05])
+
+
 def triangle(friction: float, static: float, size: float, period: float, duration: float) -> Known:
     """Block under a force that goes to and fro in straight pieces."""
     force = lambda t, _: size * (4.0 * abs((t / period + 0.25) % 1.0 - 0.5) - 1.0) * -1.0
@@ -296,6 +304,98 @@ def vibration(duration: float) -> Known:
     return Known(text, duration, [0.2 * math.cos(10.0 * duration), 0.0, 0.0])
 
 
+def torsion(friction: float, static: float, rate: float, duration: float) -> Known:
+    """Block under a torque about the normal that grows, N m/s; all corners are at one distance from the axis."""
+    reach, inertia = 0.2 * math.sqrt(2.0), 0.32 / 12.0
+    since = max(0.0, duration - static * G * reach / rate)
+    angle = ((static - friction) * G * reach * since**2 / 2.0 + rate * since**3 / 6.0) / inertia
+    more = f"static_friction = {static!r}\n" if static > friction else ""
+    text = ground(friction, more) + BLOCK + f"load = {{ torque = [[0, 0, 0, 0], [10, 0, 0, {10 * rate!r}]] }}\n"
+    return Known(text, duration, [0.0, 0.0, 0.05, math.cos(0.5 * angle), 0.0, 0.0, math.sin(0.5 * angle)])
+
+
+def spin_down(friction: float, spin: float, duration: float) -> Known:
+    """Block that turns on the floor to rest."""
+    brake = friction * G * 0.2 * math.sqrt(2.0) / (0.32 / 12.0)
+    time = min(duration, spin / brake)
+    angle = spin * time - 0.5 * brake * time**2
+    text = ground(friction) + BLOCK + f"spin = [0, 0, {spin!r}]\n"
+    return Known(text, duration, [0.0, 0.0, 0.05, math.cos(0.5 * angle), 0.0, 0.0, math.sin(0.5 * angle)])
+
+
+def pick_up(friction: float, static: float, belt: float, duration: float) -> Known:
+    """Block at rest that a belt takes along."""
+    time = min(duration, belt / (friction * G))
+    more = f"static_friction = {static!r}\n" if static > friction else ""
+    text = ground(friction, more) + BLOCK + f'[[surfaces]]\nof = "ground"\nvelocity = [{belt!r}, 0, 0]\n'
+    return Known(text, duration, [0.5 * friction * G * time**2 + belt * (duration - time), 0.0, 0.05])
+
+
+def stacked(below: float, between: float, speed: float, duration: float) -> Known:
+    """Block that slides on a long plank of the same mass, which slides on the floor; then both, and they rest."""
+    plank = max(0.0, between - 2.0 * below) * G
+    time = speed / (between * G + plank)
+    start, common = speed * time - 0.5 * between * G * time**2, plank * time
+    left = min(duration - time, common / (below * G) if common else 0.0)
+    end = start + common * left - 0.5 * below * G * left**2
+    text = ground(below).replace('"body"', '"plank"') + "box = [4, 0.6, 0.1]\nposition = [0, 0, 0.05]\n"
+    text += f'[[bodies]]\nname = "body"\nmass = 1.0\nbox = [0.2, 0.2, 0.02]\nposition = [0, 0, 0.11]\nvelocity = [{speed!r}, 0, 0]\n'
+    text += f'[[friction]]\nbetween = ["plank", "body"]\ncoefficient = {between!r}\n'
+    return Known(text, duration, [end, 0.0, 0.11])
+
+
+def pushed_on(friction: float, restitution: float, speed: float, duration: float) -> Known:
+    """Block at rest that another one of the same mass runs into."""
+    time = (speed - math.sqrt(speed**2 - 2.0 * friction * G * 0.2)) / (friction * G)
+    after = 0.5 * (1.0 + restitution) * (speed - friction * G * time)
+    left = min(duration - time, after / (friction * G))
+    text = ground(friction, f"restitution = {restitution!r}\n").replace('"body"', '"first"') + BLOCK
+    text += f'velocity = [{speed!r}, 0, 0]\n[[bodies]]\nname = "body"\nmass = 1.0\n'
+    text += BLOCK.replace("[0, 0, 0.05]", "[0.6, 0, 0.05]").replace("0.4, 0.4", "0.4, 0.2")
+    text += '[[friction]]\nbetween = ["first", "body"]\ncoefficient = 0.0\n'
+    return Known(text, duration, [0.6 + after * left - 0.5 * friction * G * left**2, 0.0, 0.05])
+
+
+def loaded_axis(friction: float, static: float, rate: float, duration: float) -> Known:
+    """Ball on a slider with dry friction in N under a force that grows, N/s."""
+    since = max(0.0, duration - static / rate)
+    end = 0.5 * (static - friction) * since**2 + rate * since**3 / 6.0
+    more = f"static_friction = {static!r}\n" if static > friction else ""
+    text = (
+        "gravity = 0\n" + PLANE + '[[bodies]]\nname = "body"\nmass = 1.0\nsphere = 0.1\nposition = [0, 0, 0]\n'
+        f"load = {{ force = [[0, 0, 0, 0], [20, {20 * rate!r}, 0, 0]] }}\n"
+        '[[joints]]\nname = "s"\ntype = "prismatic"\nbodies = "body"\nanchor = [0, 0, 0]\naxis = [1, 0, 0]\n'
+        f"friction = {friction!r}\n{more}"
+    )
+    return Known(text, duration, [end, 0.0, 0.0])
+
+
+def carried(friction: float, size: float, period: float, duration: float) -> Known:
+    """Block on a tray that moves to and fro with constant speeds: the tray's places are straight pieces."""
+    speed = 4.0 * size / period
+    count = math.ceil(duration * 4.0 / period) + 2
+    places = [[0.0, size, 0.0, -size][k % 4] for k in range(count)]
+    # The tray has its first speed at the start; the block rests on it and is as fast.
+    t, x, v = 0.0, 0.0, speed
+    turns = [period * (0.25 + 0.5 * k) for k in range(count)] + [math.inf]
+    belt = speed
+    for turn in turns:
+        while t < min(turn, duration) - 1e-12:
+            until = min(turn, duration) - t
+            pull = sign(belt - v) * friction * G if abs(belt - v) > 1e-14 else 0.0
+            step = min(until, (belt - v) / pull) if pull else until
+            x, v, t = x + v * step + 0.5 * pull * step**2, v + pull * step, t + step
+            if pull and step < until:
+                v = belt
+        belt = -belt
+    text = ground(friction).replace('"body"', '"tray"') + "box = [2, 2, 0.1]\nposition = [0, 0, 1]\n"
+    text += f"velocity = [{speed!r}, 0, 0]\n"
+    text += '[[bodies]]\nname = "body"\nmass = 1.0\nbox = [0.4, 0.4, 0.1]\nposition = [0, 0, 1.1]\n'
+    text += f'velocity = [{speed!r}, 0, 0]\n[[driven]]\nbody = "tray"\n'
+    text += f"times = {[0.25 * period * k for k in range(count)]!r}\npositions = {[[place, 0, 1] for place in places]!r}\n"
+    return Known(text, duration, [x, 0.0, 1.1])
+
+
 KNOWN: dict[str, Callable[[], Known]] = {
     "slide": lambda: slide(3.0, 0.4),
     "slide to rest": lambda: slide(3.0, 1.4),
@@ -327,5 +427,36 @@ KNOWN: dict[str, Callable[[], Known]] = {
     "pendulum with friction": lambda: pendulum(0.3, 1.6),
     "brick": lambda: brick(0.6),
     "vibration": lambda: vibration(1.0),
+    "slide, slippery": lambda: slide(1.37, 1.9, 0.083),
+    "slide, rough": lambda: slide(4.21, 0.9, 0.71),
+    "slope of 8° and back": lambda: slope(8, 0.11, 1.13, 1.7),
+    "slope of 40° and back": lambda: slope(40, 0.62, 3.3, 1.1),
+    "static: push": lambda: pushed(0.3, 0.5, 6.3, 0.1234, 0.7),
+    "static: late ramp": lambda: ramp(0.21, 0.27, 1.7, 1.93),
+    "ramp, rough": lambda: ramp(0.83, 0.83, 17.0, 0.71),
+    "to and fro, strong": lambda: triangle(0.11, 0.11, 9.3, 0.31, 1.07),
+    "static: to and fro, weak": lambda: triangle(0.23, 0.31, 3.37, 0.73, 1.61),
+    "block on a stiff spring": lambda: spring(0.07, 0.07, 83.0, 0.31, 1.3),
+    "static: fast stick-slip": lambda: spring(0.15, 0.4, 117.0, 0.0, 1.4, 0.37),
+    "rolling back, slow": lambda: rolling_back(5, 0.003, 0.63, 1.9),
+    "rolling across, fast": lambda: across(25, 0.02, 2.3, 0.7),
+    "bounce and spin": lambda: bounce(0.63, 0.97, 1.1, 17.0, 0.23),
+    "dead ball": lambda: bounce(0.0, 0.9, 1.3, 0.0, 0.31),
+    "pendulum, little friction": lambda: pendulum(0.057, 1.83),
+    "torsion": lambda: torsion(0.3, 0.3, 1.3, 1.1),
+    "static: torsion": lambda: torsion(0.3, 0.5, 1.0, 1.8),
+    "static: fast torsion": lambda: torsion(0.17, 0.23, 3.1, 0.61),
+    "turns to rest": lambda: spin_down(0.37, 7.3, 0.9),
+    "turns on": lambda: spin_down(0.13, 5.1, 0.31),
+    "belt": lambda: pick_up(0.27, 0.27, 0.83, 0.9),
+    "static: belt": lambda: pick_up(0.19, 0.33, 0.57, 1.1),
+    "plank": lambda: stacked(0.1, 0.5, 2.1, 1.3),
+    "plank stays": lambda: stacked(0.4, 0.3, 1.9, 1.1),
+    "blocks": lambda: pushed_on(0.2, 0.0, 1.7, 0.9),
+    "bouncing blocks": lambda: pushed_on(0.15, 0.6, 1.3, 0.7),
+    "axis": lambda: loaded_axis(1.3, 1.3, 3.1, 1.3),
+    "static: axis": lambda: loaded_axis(0.9, 2.1, 3.7, 1.7),
+    "tray": lambda: carried(0.31, 0.3, 0.9, 1.3),
+    "fast tray": lambda: carried(0.11, 0.13, 0.37, 0.83),
 }
 """Motions by their names."""

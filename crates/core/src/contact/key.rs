@@ -40,7 +40,7 @@ pub struct ContactKey {
 
 impl ContactKey {
     /// Indices of the touching bodies; one if the partner is not a body.
-    pub fn bodies(&self) -> impl Iterator<Item = usize> + use<> {
+    pub fn bodies(&self) -> impl Iterator<Item = usize> + Clone + use<> {
         std::iter::once(self.body).chain(self.partner.body())
     }
 

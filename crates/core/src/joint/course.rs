@@ -30,6 +30,13 @@ impl JointLoad {
         line(&self.force) && line(&self.torque)
     }
 
+    /// First time after `time` at which a force jumps (s).
+    pub(crate) fn jump_after(&self, time: f64) -> Option<f64> {
+        let jumps =
+            [&self.force, &self.torque].into_iter().filter_map(|line| line.jump_after(time));
+        jumps.reduce(f64::min)
+    }
+
     /// Flags of the linear and the angular axes on which it acts at any time.
     pub(crate) fn acts(&self) -> [[bool; 3]; 2] {
         [&self.force, &self.torque].map(|line| {
@@ -105,6 +112,12 @@ impl Knots {
     pub fn going_on(self, velocity: Vector3<f64>, spin: Vector3<f64>) -> Result<Self, Error> {
         check_velocities(&velocity, &spin)?;
         Ok(Self { velocity, spin, ..self })
+    }
+
+    /// First time after `time` at which the velocity jumps (s).
+    pub(crate) fn jump_after(&self, time: f64) -> Option<f64> {
+        let next = self.knots.partition_point(|(knot, _)| *knot <= time);
+        self.knots.get(next).map(|(knot, _)| *knot)
     }
 
     /// Frame at `time` (s).

@@ -387,6 +387,20 @@ impl Axis {
         sum.graph()
     }
 
+    /// Share of dry friction in its limit, −1 to 1, with the `force` of a step in which the axis rests (N or N m), and
+    /// the limit (N or N m); `None` at a stop or without dry friction.
+    pub(crate) fn at_rest(
+        &self,
+        start: &AxisStart,
+        time_step: f64,
+        force: f64,
+    ) -> Option<(f64, f64)> {
+        let [high, low] = self.graph(start, time_step, 1.0, 1.0).jump_at_zero()?;
+        let most = 0.5 * (high - low);
+        let share = (force * time_step - 0.5 * (high + low)) / most;
+        Some((share.clamp(-1.0, 1.0), most / time_step))
+    }
+
     /// Force law of a free axis as in [`Axis::graph`]; `None` if the axis is locked.
     pub(crate) fn free_graph(
         &self,

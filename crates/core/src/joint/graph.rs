@@ -201,6 +201,13 @@ impl Graph {
         self.count == 1 && first == (0.0, 0.0) && self.first == DOWN && self.last == DOWN
     }
 
+    /// Largest and smallest impulse of a row at rest; `None` unless it is held in a range.
+    pub(crate) fn jump_at_zero(&self) -> Option<[f64; 2]> {
+        let corners = self.corners[..self.count].windows(2);
+        let jump = corners.map(|two| [two[0], two[1]]).find(|[a, b]| a.0 == 0.0 && b.0 == 0.0);
+        jump.map(|[a, b]| [a.1, b.1]).filter(|[high, low]| high > low)
+    }
+
     /// True if the graph is one straight line.
     pub(crate) fn is_straight(&self) -> bool {
         self.count == 1 && self.first == self.last

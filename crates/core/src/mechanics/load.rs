@@ -87,6 +87,13 @@ impl Polyline {
         sum / (to - from)
     }
 
+    /// First time of a jump after `time` (s).
+    pub(crate) fn jump_after(&self, time: f64) -> Option<f64> {
+        let next = self.knots.partition_point(|(knot, _)| *knot <= time);
+        let jump = self.knots[next..].windows(2).find(|two| two[0].0 == two[1].0);
+        jump.map(|two| two[0].0)
+    }
+
     /// Value at `time`, which lies between the knots `next` − 1 and `next`.
     fn between(&self, next: usize, time: f64) -> Vector3<f64> {
         let before = next.checked_sub(1).and_then(|last| self.knots.get(last));
@@ -111,6 +118,13 @@ impl Load {
     pub fn new(force: Polyline, torque: Polyline, point: Vector3<f64>) -> Result<Self, Error> {
         all_in_range("point of the load (m)", &point, -1e4, 1e4, "-1e4 to 1e4")?;
         Ok(Self { force, torque, point })
+    }
+
+    /// First time after `time` at which the load jumps (s).
+    pub(crate) fn jump_after(&self, time: f64) -> Option<f64> {
+        let jumps =
+            [&self.force, &self.torque].into_iter().filter_map(|line| line.jump_after(time));
+        jumps.reduce(f64::min)
     }
 
     /// True if there is no load.

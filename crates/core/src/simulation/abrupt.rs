@@ -4,7 +4,7 @@ use super::interval::Interval;
 use super::islands::Islands;
 use super::leapfrog::Instants;
 use crate::contact::{Contact, ContactKey, KeyIndex};
-use crate::joint::{Axis, Joint};
+use crate::joint::{Axis, Joint, JointForce};
 use crate::mechanics::State;
 use crate::partner::TurningFriction;
 use crate::step::{ContactForce, StepSolution};
@@ -39,9 +39,14 @@ pub(super) struct AbruptChanges {
     /// Bodies of islands in which a change does not vanish with the length of the step: other changes than ends
     /// and turns of motions by friction.
     pub jumps: Vec<bool>,
-    /// Largest velocity that the static friction of a contact takes too much in the step (m/s). Only with located
+    /// Largest velocity that the static friction of a contact or an axis takes too much in the step (m/s). Only with located
     /// impacts.
     pub lost: f64,
+    /// Largest velocity that the static friction of an axis takes too much in the step in which it breaks away (m/s).
+    /// The law holds the axis in that step, however short it is (docs/formulation.md, section 17).
+    pub late: f64,
+    /// Shares of dry friction in its limit along the axes of each joint; empty unless impacts are located.
+    pub axis_shares: Vec<[f64; 6]>,
     /// The first [turn](super::turning) of the step.
     pub turn: Option<Turn>,
     /// Flags of the bodies whose motions turn where the step is being divided; empty in other steps.
@@ -136,6 +141,22 @@ impl PairFriction {
             self.past_slip = self.past_slip.max(past.slip.norm());
         }
     }
+
+    /// Friction of the pair with the contact `first` in a `step`.
+    fn at(self, first: &Contact, step: &TakenStep<'_>) -> Friction {
+        let Self { normal, share, end, slip, past_slip, .. } = self;
+        let world = step.world;
+        let masses = first.key.bodies().map(|body| world.bodies()[body].mass());
+        let mass = masses.fold(f64::INFINITY, f64::min);
+        let change = normal * world.time_step() / (step.kick(first) * mass);
+        let kinetic = world.friction_between(first.key.body, first.key.partner);
+        let limit = if slip > step.still().now {
+            first.law.static_friction.unwrap_or(kinetic)
+        } else {
+            first.law.friction
+        };
+        Friction { share, end, limit, kinetic, change, slip, past_slip }
+    }
 }
 
 /// Kind of a change of velocity.
@@ -160,7 +181,7 @@ impl AbruptChanges {
         }
         self.turns.clear();
         self.turn = None;
-        self.lost = 0.0;
+        (self.lost, self.late) = (0.0, 0.0);
         self.index.clear();
         let pairs = contacts.iter().zip(&solution.contacts).enumerate();
         let rests = |key: &ContactKey| resting.get(key.body) == Some(&true);
@@ -184,12 +205,23 @@ impl AbruptChanges {
         if let Some(accuracy) = world.impact_accuracy() {
             self.find_breaks(step, CAUGHT * accuracy);
         }
+        self.axis_shares.clear();
         for (index, joint) in world.joints().iter().enumerate() {
             let Some(force) = solution.joints.get(index) else { continue };
             let bodies = [Some(joint.body()), joint.other()].into_iter().flatten();
             let turns = self.turning.get(joint.body()) == Some(&true);
             let motion = TurningMotion::Joint(index);
-            match step.stop(joint, &force.angles) {
+            let AxisChange { change, shares, lost, late } = step.axes(joint, index, force, turns);
+            if let Some(accuracy) = world.impact_accuracy() {
+                self.axis_shares.push(shares);
+                self.late = self.late.max(late);
+                if change.is_none() && lost > CAUGHT * accuracy {
+                    self.lost = self.lost.max(lost);
+                    self.add(bodies, Change::Friction(None), motion);
+                    continue;
+                }
+            }
+            match change {
                 Some(Change::Friction(_)) if turns => {}
                 Some(change) => self.add(bodies, change, motion),
                 None if step.is_pulled(joint, &force.angles) => {
@@ -219,7 +251,8 @@ impl AbruptChanges {
             let turns = self.turning.get(first.key.body) == Some(&true);
             let is_known = first.key.bodies().any(|body| self.bodies[body]);
             let rests = step.resting.get(first.key.body) == Some(&true);
-            let Some(growth) = step.growth(first).filter(|_| !is_known && !rests) else { continue };
+            let growth = step.growth(first.key.bodies()).filter(|_| !is_known && !rests);
+            let Some(growth) = growth else { continue };
             let mut friction = PairFriction::default();
             let mut past =
                 |place: usize| self.index.find(step.past, &step.contacts[place].key, place);
@@ -232,7 +265,8 @@ impl AbruptChanges {
             for place in group {
                 friction.add(&step.contacts[place], &forces[place], past(place), growth);
             }
-            if let Some(lost) = step.lost(first, friction, turns).filter(|lost| *lost > allowed) {
+            let friction = friction.at(first, step);
+            if let Some(lost) = step.lost(friction, turns).filter(|lost| *lost > allowed) {
                 self.lost = self.lost.max(lost);
                 let motion = TurningMotion::Slip(first.key);
                 self.add(first.key.bodies(), Change::Friction(None), motion);
@@ -388,18 +422,19 @@ impl TakenStep<'_> {
         self.still().ends(&before, &now.slip, end, self.kick(contact))
     }
 
-    /// t⁺/t (41b) of a pair with the contact `first`, for loads in the middle of a kick or for springs at the start of
+    /// t⁺/t (41b) of forces on these bodies, for loads in the middle of a kick or for springs at the start of
     /// an interval, whichever is larger. `None` after an abrupt change.
-    fn growth(&self, first: &Contact) -> Option<f64> {
-        let last = first.key.bodies().find_map(|body| self.instants.last_kick(body))?;
+    fn growth(&self, mut bodies: impl Iterator<Item = usize> + Clone) -> Option<f64> {
+        let kicks = bodies.clone().map(|body| self.world.kick(body));
+        let last = bodies.find_map(|body| self.instants.last_kick(body))?;
         let h = self.world.time_step();
-        let ahead = 0.5 * h * (1.0 + self.kick(first));
+        let ahead = 0.5 * h * (1.0 + kicks.fold(f64::INFINITY, f64::min));
         Some((ahead / (last.middle + h - ahead)).max(h / last.start))
     }
 
-    /// Velocity that the friction of a sticking pair takes too much (m/s), if it is overcome in this step; `first` is
-    /// a contact of it. The shares r of its points in the normal force go on from the kick before to the present one, and
-    /// on to the end:
+    /// Velocity that the friction of a sticking pair or axis takes too much (m/s), if it is overcome in this step.
+    /// The shares r of the points of a pair in its normal force, or of the friction of an axis in its limit, go on from
+    /// the kick before to the present one, and on to the end:
     ///
     /// ```text
     /// r = f_t/Σ f_n,   r⁺ = r + (r − r⁻) t⁺/t,   ρ = Σ|r|,   ρ⁺ = Σ|r⁺|,
@@ -408,27 +443,21 @@ impl TakenStep<'_> {
     ///
     /// If it slips in the step, the kinetic friction may act too early: ρ⁺ = μ_s. Where the step begins as it
     /// `breaks` away, it does not.
-    fn lost(&self, first: &Contact, friction: PairFriction, breaks: bool) -> Option<f64> {
-        let Self { world, .. } = self;
+    fn lost(&self, friction: Friction, breaks: bool) -> Option<f64> {
         let still = self.still();
-        let PairFriction { normal, share, end, slip, past_slip, .. } = friction;
+        let Friction { share, end, limit, kinetic, change, slip, past_slip } = friction;
         let slips = slip > still.now;
         if past_slip > still.before || slips && breaks {
             return None;
         }
-        let masses = first.key.bodies().map(|body| world.bodies()[body].mass());
-        let mass = masses.fold(f64::INFINITY, f64::min);
-        let change = normal * world.time_step() / (self.kick(first) * mass);
-        let kinetic = world.friction_between(first.key.body, first.key.partner);
         if slips {
-            return Some((first.law.static_friction? - kinetic) * change);
+            return Some((limit - kinetic) * change);
         }
-        let most = first.law.friction;
-        let [below, above] = [most - share, end - most];
-        let rounding = ROUNDING * world.speed_scale() / change;
+        let [below, above] = [limit - share, end - limit];
+        let rounding = ROUNDING * self.world.speed_scale() / change;
         // A step that should begin with the break may have a slip within the rounding error.
         let is_overcome = below.min(above) > rounding || breaks && below < rounding;
-        is_overcome.then(|| (end - kinetic.min(most)) * change)
+        is_overcome.then(|| (end - kinetic.min(limit)) * change)
     }
 
     /// Time after the start at which the slip of a contact ends, see [`Self::turn`] (s).
@@ -493,8 +522,11 @@ impl TakenStep<'_> {
     }
 
     /// True if a body of `joint` starts with a velocity that its locked axes do not allow, or that its
-    /// prescribed motion may change.
+    /// prescribed motion may change. In divided steps, that jumps only between intervals.
     fn is_pulled(&self, joint: &Joint, angles: &Vector3<f64>) -> bool {
+        if joint.moves() && self.world.impacts() == Impacts::Located {
+            return false;
+        }
         let bodies = || [Some(joint.body()), joint.other()].into_iter().flatten();
         let starts = |body| self.world.before().get(body) == Some(&0.0);
         if !bodies().any(starts) {
@@ -521,53 +553,119 @@ impl TakenStep<'_> {
         locked(joint.linear(), &along).max(reach * locked(joint.angular(), &about)) > least
     }
 
-    /// Way in which an axis of `joint` comes to a limit, or its dry friction stops it or turns.
-    /// `angles` are its angles at the end of the step (rad).
-    fn stop(&self, joint: &Joint, angles: &Vector3<f64>) -> Option<Change> {
+    /// Way in which the axes of `joint` with this `index` and `force` come to a limit, or their dry friction stops or
+    /// turns or no longer holds them; `breaks` as in [`Self::lost`].
+    fn axes(&self, joint: &Joint, index: usize, force: &JointForce, breaks: bool) -> AxisChange {
+        let mut found = AxisChange::default();
         let has_jump = |axis: &Axis| match axis {
             Axis::Free(drive) => drive.limits.is_some() || drive.rubs(),
             Axis::Locked => false,
         };
         let axes = || joint.linear().iter().chain(joint.angular());
         if !axes().any(has_jump) {
-            return None;
+            return found;
         }
-        let h = self.world.time_step();
+        let Self { world, instants, .. } = self;
+        let h = world.time_step();
         let bodies = || [Some(joint.body()), joint.other()].into_iter().flatten();
         let next = &self.solution.states;
         let at = [self.earlier, self.states, next].map(|states| joint.coordinates(states));
-        let [Some(earlier), Some(now), Some(end)] = at else { return None };
-        let turns = joint.turns(&end, angles);
+        let [Some(earlier), Some(now), Some(end)] = at else { return found };
+        let turns = joint.turns(&end, &force.angles);
         let (before, after) =
             (joint.rates(&earlier, &now, &turns, h), joint.rates(&now, &end, &turns, h));
         let before = numbers(&before);
         let after = numbers(&after);
         let place = numbers(&(end.place, turns));
+        let forces = numbers(&(force.force, force.torque));
         let still = self.still();
-        let kick = bodies().map(|body| self.world.kick(body)).fold(f64::INFINITY, f64::min);
-        let mut stop = None;
+        let kick = bodies().map(|body| world.kick(body)).fold(f64::INFINITY, f64::min);
+        let growth = world.impact_accuracy().and_then(|_| self.growth(bodies()));
         for (k, axis) in axes().enumerate() {
             let Axis::Free(drive) = axis else { continue };
             let is_at = |limit: f64| (place[k] - limit).abs() <= AT_LIMIT;
             if drive.limits.is_some_and(|limits| limits.into_iter().any(is_at))
                 && before[k].abs() > still.now
             {
-                return Some(Change::Jump);
+                return AxisChange { change: Some(Change::Jump), ..found };
+            }
+            if !drive.rubs() {
+                continue;
             }
             let along = |rate: f64| Vector3::x() * rate;
-            if drive.rubs() && still.ends(&along(before[k]), &along(after[k]), None, kick) {
+            if still.ends(&along(before[k]), &along(after[k]), None, kick) {
                 let soon = SOON * h;
                 let turn = joint
-                    .coasted(&self.instants.states, &self.world.step_map().over(soon))
+                    .coasted(&self.instants.states, &world.step_map().over(soon))
                     .and_then(|coasted| {
                         let start = numbers(&joint.rates(&now, &coasted, &turns, soon));
                         self.turn(bodies(), &along(before[k]), &along(start[k]))
                     });
-                stop = Some(Change::Friction(turn));
+                found.change = Some(Change::Friction(turn));
+            }
+            let angles = joint.counted(&now, &force.angles);
+            let starts = joint.starts(self.states, &now, &angles, &world.step_map());
+            let Some((share, most)) = axis.at_rest(&starts[k / 3][k % 3], h, forces[k]) else {
+                continue;
+            };
+            found.shares[k] = share;
+            let (Some(growth), Some(past)) = (growth, instants.axis_shares.get(index)) else {
+                continue;
+            };
+            let reach = if k < 3 { 1.0 } else { world.bodies()[joint.body()].reach() };
+            let response = |body: usize| {
+                let body = &world.bodies()[body];
+                if k < 3 {
+                    1.0 / body.mass()
+                } else {
+                    reach * body.inertia_inverse().diagonal().max()
+                }
+            };
+            let response = bodies().map(response).fold(0.0, f64::max);
+            let friction = Friction {
+                share: share.abs(),
+                end: (share + (share - past[k]) * growth).abs(),
+                limit: 1.0,
+                kinetic: drive.friction / drive.friction_at(0.0)[0].0,
+                change: most * h * response / kick,
+                slip: after[k].abs() * reach,
+                past_slip: before[k].abs() * reach,
+            };
+            if drive.static_friction.is_none() {
+                found.lost = found.lost.max(self.lost(friction, breaks).unwrap_or_default());
+            } else if friction.slip > still.now && friction.past_slip <= still.before {
+                found.late = found.late.max((friction.limit - friction.kinetic) * friction.change);
             }
         }
-        stop
+        found
     }
+}
+
+/// Changes of the motion of a joint in a step.
+#[derive(Debug, Clone, Copy, Default)]
+struct AxisChange {
+    change: Option<Change>,
+    /// Shares of dry friction in its limit, along each axis at rest.
+    shares: [f64; 6],
+    /// Velocity that friction takes too much (m/s), see [`TakenStep::lost`], and [`AbruptChanges::late`].
+    lost: f64,
+    late: f64,
+}
+
+/// Friction that may be overcome in a step.
+#[derive(Debug, Clone, Copy)]
+struct Friction {
+    /// Shares ρ in the normal force now and at the end of the step, the static one at which a motion begins, and the
+    /// kinetic one.
+    share: f64,
+    end: f64,
+    limit: f64,
+    kinetic: f64,
+    /// Change of velocity by a share of 1 (m/s).
+    change: f64,
+    /// Slips or rates in this step, and in the step before (m/s).
+    slip: f64,
+    past_slip: f64,
 }
 
 /// Numbers of two vectors.

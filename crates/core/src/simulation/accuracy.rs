@@ -15,6 +15,8 @@
 //! the instant, and |w⁺ − w| in ε is at most a tenth of the accuracy. Velocities go on from interval to interval,
 //! whatever their lengths (37), but islands with an abrupt change start at the velocities of the instant.
 //!
+//! Where an [input jumps](Inputs::jump_after), an interval ends, and all bodies start anew.
+//!
 //! If an interval has a [certificate](super::infeasible_gap) that no solution exists, the rest of the step is one
 //! interval that keeps the depths and joint errors of its start.
 
@@ -101,8 +103,9 @@ struct Schedule {
     /// Accuracy of smooth motion, if it is controlled, and of abrupt changes (m/s).
     smooth: Option<f64>,
     accuracy: f64,
-    /// Length of the step (s), and of the intervals taken so far.
+    /// Length of the step (s), of its part up to the next jump of an input, and of the intervals taken so far.
     whole: f64,
+    part: f64,
     since: f64,
     /// Length of intervals that the last estimate allows (s), and of the last usual one.
     wanted: f64,
@@ -115,6 +118,8 @@ struct Schedule {
     /// that begins at the velocities of the instant.
     turns: bool,
     has_turned: bool,
+    /// True if an input jumps at the start of the next interval.
+    has_jumped: bool,
     /// True if the intervals are shorter because one was not solved.
     is_halved: bool,
     /// True if the last interval was taken although it is not solved.
@@ -135,8 +140,9 @@ enum Judgement {
 }
 
 impl Schedule {
-    /// Intervals of a step of `world` after those at `pace`; `starts` is true if a body starts.
-    fn new(world: &World, pace: Pace, starts: bool) -> Self {
+    /// Intervals of a step of `world` after those at `pace`, up to the end of its first `part` (s); `starts` is true
+    /// if a body starts.
+    fn new(world: &World, pace: Pace, starts: bool, part: f64) -> Self {
         let smooth = world.accuracy();
         let whole = world.time_step();
         let wanted = match smooth {
@@ -149,6 +155,7 @@ impl Schedule {
             smooth,
             accuracy: world.impact_accuracy().unwrap_or(f64::INFINITY),
             whole,
+            part,
             since: 0.0,
             wanted,
             usual: match smooth {
@@ -156,11 +163,12 @@ impl Schedule {
                 Some(_) => wanted,
                 None => whole,
             },
-            plan: Plan::even(whole, first, pace.length),
+            plan: Plan::even(part, first, pace.length),
             search: None,
             fixed: [0.0; 2],
             turns: false,
             has_turned: false,
+            has_jumped: false,
             is_halved: false,
             gave_up: false,
             attempts: 0,
@@ -169,7 +177,7 @@ impl Schedule {
         }
     }
 
-    /// Length of the next interval (s); `None` at the end of the step.
+    /// Length of the next interval (s); `None` at the end of the part.
     fn length(&self) -> Option<f64> {
         let planned = match self.search {
             _ if self.fixed[0] > 0.0 => self.fixed[0],
@@ -189,7 +197,7 @@ impl Schedule {
 
     /// Judges an interval of `length` (s) with these errors, and plans the next one.
     fn judge(&mut self, length: f64, is_solved: bool, errors: &AddedError) -> Judgement {
-        let AddedError { smooth, velocity, jumped, turned, .. } = *errors;
+        let AddedError { smooth, velocity, jumped, turned, late, .. } = *errors;
         let caught = CAUGHT * self.accuracy;
         let jumps = jumped > caught && length > SHORTEST;
         // An error of the velocity remains for seconds.
@@ -223,12 +231,17 @@ impl Schedule {
                 self.search = closer;
             } else {
                 self.take(length, next, is_solved);
-                return if misses { Judgement::TakenCoarse } else { Judgement::Taken };
+                let is_coarse = misses || late > caught;
+                return if is_coarse { Judgement::TakenCoarse } else { Judgement::Taken };
             }
             return Judgement::Rejected;
         }
         self.take(length, next, is_solved);
-        if !is_fixed && (misses || is_long) { Judgement::TakenCoarse } else { Judgement::Taken }
+        if late > caught || !is_fixed && (misses || is_long) {
+            Judgement::TakenCoarse
+        } else {
+            Judgement::Taken
+        }
     }
 
     /// Narrows the search for an abrupt change, which an interval of `length` (s) has, up to the
@@ -250,9 +263,9 @@ impl Schedule {
         self.search = None;
     }
 
-    /// `length` (s), or all that is left of the step if less than an interval would remain.
+    /// `length` (s), or all that is left of the part if less than an interval would remain.
     fn until_the_end(&self, length: f64) -> f64 {
-        let left = self.whole - self.since;
+        let left = self.part - self.since;
         if left - length < SHORTEST { left } else { length }
     }
 
@@ -264,6 +277,7 @@ impl Schedule {
         }
         let was_halved = std::mem::take(&mut self.is_halved);
         self.has_turned = std::mem::take(&mut self.turns);
+        self.has_jumped = false;
         self.gave_up = !is_solved;
         self.streak += 1;
         let share = self.smooth.map_or(1.0, |_| FIRST);
@@ -282,7 +296,7 @@ impl Schedule {
             }
         } else if !is_solved {
             // Shorter intervals did not help. The step is failed in any case.
-            self.plan_anew(self.whole - self.since, length);
+            self.plan_anew(self.part - self.since, length);
         } else if was_halved {
             self.plan_anew(next.min(GROWTH * length), length);
         } else {
@@ -294,16 +308,24 @@ impl Schedule {
         }
     }
 
+    /// Goes on to the end of the next `part` of the step (s).
+    fn go_on(&mut self, part: f64) {
+        (self.part, self.has_turned, self.has_jumped) = (part, false, true);
+        let share = self.smooth.map_or(1.0, |_| FIRST);
+        self.plan_anew(share * self.wanted, 0.0);
+    }
+
     /// Plans one interval to the end of the step, which is taken as it is.
     fn end(&mut self) {
+        self.part = self.whole;
         let left = self.whole - self.since;
         self.plan_anew(left, left);
         self.fixed = [left, 0.0];
     }
 
-    /// Divides the rest of the step in intervals near `wanted` (s), or of the `present` length (s).
+    /// Divides the rest of the part in intervals near `wanted` (s), or of the `present` length (s).
     fn plan_anew(&mut self, wanted: f64, present: f64) {
-        let left = self.whole - self.since;
+        let left = self.part - self.since;
         (self.search, self.streak) = (None, 0);
         self.plan = Plan::even(left, wanted, present);
         if self.fixed[0] == 0.0 && left < SHORTEST {
@@ -363,7 +385,7 @@ fn settle_instants(
     workspace: &Workspace<'_>,
     taken: &mut Interval,
 ) {
-    let balance = EnergyBalance::new(world, &taken.claim(), taken.solution.loads());
+    let balance = EnergyBalance::between_instants(world, &taken.claim(), taken.solution.loads());
     let mut rise = InstantRise::new(world, taken, &balance);
     let held = taken.held_bodies(world);
     for has_kick in [true, false] {
@@ -427,11 +449,26 @@ fn intervals(
     workspace: &mut Workspace<'_>,
     record: &mut StepRecord,
 ) -> Result<(), Error> {
-    let mut schedule = Schedule::new(world, moment.pace, moment.has_starts());
+    let whole = world.time_step();
+    let begin = moment.index as f64 * whole;
+    let part = |since: f64| {
+        let jump = inputs.jump_after(begin + since + SHORTEST).map(|time| time - begin);
+        jump.filter(|end| *end < whole - SHORTEST).unwrap_or(whole)
+    };
+    let mut schedule = Schedule::new(world, moment.pace, moment.has_starts(), part(0.0));
+    let last = inputs.jump_after(begin - SHORTEST);
+    schedule.has_jumped = last.is_some_and(|time| time <= begin + SHORTEST);
     // Bodies of islands in which friction ends or turns a motion in the last interval that was rejected.
     let mut turning = Vec::new();
     let mut infeasible_gap = None;
-    while let Some(length) = schedule.length() {
+    loop {
+        let Some(length) = schedule.length() else {
+            if schedule.part == whole {
+                break;
+            }
+            schedule.go_on(part(schedule.part));
+            continue;
+        };
         let before = moment.clone();
         let usual = if infeasible_gap.is_some() { f64::INFINITY } else { schedule.usual(length) };
         let span = Span { since: schedule.since, length, usual, is_retry: false };
@@ -439,12 +476,14 @@ fn intervals(
             workspace.rest.end();
         }
         let is_window = length < WINDOW * usual.min(moment.pace.length);
-        let start = is_window || schedule.has_turned;
+        let start = is_window || schedule.has_turned || schedule.has_jumped;
         let mut starts: Vec<bool> =
             moment.arrivals.iter().map(|arrival| start || arrival.length == 0.0).collect();
         workspace.abrupt.turning.clear();
         if schedule.has_turned {
             workspace.abrupt.turning.extend_from_slice(&turning);
+        } else if schedule.has_jumped {
+            workspace.abrupt.turning.resize(moment.arrivals.len(), true);
         }
         loop {
             moment.start_where(&starts);

@@ -62,10 +62,33 @@ impl EnergyBalance {
         claim: &Claim<'_>,
         loads: impl IntoIterator<Item: Into<ContactLoad>>,
     ) -> Self {
-        if !claim.is_of(world) {
-            return Self::UNKNOWN;
+        if claim.is_of(world) {
+            Self::with(world, claim, loads, &Means::new(world, claim))
+        } else {
+            Self::UNKNOWN
         }
-        let means = Means::new(world, claim);
+    }
+
+    /// Works of the same forces from instant to instant. An impulse acts over κ lengths of the interval, and the
+    /// body moves with w⁺ in all of it:
+    ///
+    /// ```text
+    /// E(V⁺) − E(V) = Σ h/κ (f·v⁺ + τ·ω⁺) + O(h³)                                               (eq. 36a)
+    /// ```
+    pub(super) fn between_instants(
+        world: &World,
+        claim: &Claim<'_>,
+        loads: impl IntoIterator<Item: Into<ContactLoad>>,
+    ) -> Self {
+        Self::with(world, claim, loads, &Means::between_instants(world, claim))
+    }
+
+    fn with(
+        world: &World,
+        claim: &Claim<'_>,
+        loads: impl IntoIterator<Item: Into<ContactLoad>>,
+        means: &Means<'_>,
+    ) -> Self {
         let mut balance = Self::default();
         for (body, wrench) in claim.wrenches.iter().enumerate() {
             let missing = world.missing_kick(body, &claim.states[body]);
@@ -158,6 +181,16 @@ impl<'a> Means<'a> {
             (0.5 * (state.velocity + next.velocity), 0.5 * (before + after))
         };
         Self { claim, map, velocities: world.bodies().iter().enumerate().map(mean).collect() }
+    }
+
+    /// w⁺ and ω⁺ over κ.
+    fn between_instants(world: &World, claim: &'a Claim<'a>) -> Self {
+        let velocity = |(index, next): (usize, &State)| {
+            let share = if world.is_held(index) { 0.0 } else { 1.0 / world.kick(index) };
+            (share * next.velocity, share * next.spin)
+        };
+        let velocities = claim.next.iter().enumerate().map(velocity).collect();
+        Self { claim, map: world.step_map(), velocities }
     }
 
     fn work(&self, body: usize, wrench: &Wrench) -> f64 {

@@ -33,6 +33,16 @@ impl Driving {
         }
     }
 
+    /// First time after `time` at which a force or the velocity of a motion jumps (s).
+    pub(super) fn jump_after(&self, time: f64) -> Option<f64> {
+        let loads = self.loads.iter().filter_map(|(_, load)| load.jump_after(time));
+        let courses = self.courses.iter().filter_map(|(_, course)| match course {
+            Course::Through(knots) => knots.jump_after(time),
+            Course::To(_) | Course::Steady { .. } => None,
+        });
+        loads.chain(courses).reduce(f64::min)
+    }
+
     /// True if there are no inputs.
     pub(super) fn is_idle(&self) -> bool {
         self.loads.is_empty() && self.courses.is_empty()

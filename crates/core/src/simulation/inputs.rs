@@ -119,6 +119,12 @@ impl Inputs {
         [(now.force - before.force) * (share / of.mass()), torque * share]
     }
 
+    /// First time after `time` at which a load or the velocity of a motion jumps (s).
+    pub fn jump_after(&self, time: f64) -> Option<f64> {
+        let loads = self.outside.iter().filter_map(|outside| outside.load.jump_after(time));
+        loads.chain(self.driving.jump_after(time)).reduce(f64::min)
+    }
+
     /// Sets the inputs of the joints of `world` for its interval, which starts at `moment`.
     #[inline]
     pub fn drive_joints(&self, world: &mut World, moment: &Moment) {

@@ -30,6 +30,7 @@ use super::inputs::Inputs;
 use super::interval::Interval;
 use super::moment::Moment;
 use super::workspace::Workspace;
+use crate::joint::Joint;
 use crate::mechanics::{State, Wrench};
 use crate::step::StepStatus;
 use crate::world::{Impacts, World};
@@ -43,6 +44,8 @@ pub(super) struct Instants {
     pub states: Vec<State>,
     /// Estimated errors e of the positions since the start (m).
     pub errors: Vec<f64>,
+    /// Shares of dry friction in its limit along the axes of each joint in the last interval, with located impacts.
+    pub axis_shares: Vec<[f64; 6]>,
     /// Motion of each body up to now, and before the last step.
     motions: Vec<Motion>,
     past: (Vec<f64>, Vec<Motion>),
@@ -81,6 +84,7 @@ impl Instants {
         Self {
             states: states.to_vec(),
             errors: errors.clone(),
+            axis_shares: Vec::new(),
             motions: motions.clone(),
             past: (errors, motions),
         }
@@ -168,6 +172,8 @@ pub(crate) struct AddedError {
     pub turned: f64,
     /// Error of the velocity of the instant, from the change of the second differences (m/s).
     pub velocity: f64,
+    /// Error of the velocity of an axis that breaks away (m/s), which no shorter interval has less.
+    pub late: f64,
     /// True if a body moved by less than its error between two impacts: in the exact motion, they may
     /// come in the other order.
     pub is_ambiguous: bool,
@@ -312,12 +318,21 @@ pub(super) fn end(
             instants,
         });
     }
+    instants.axis_shares.clone_from(&abrupt.axis_shares);
     if is_wild {
         // Only its turn may be used.
         abrupt.bodies.clear();
     }
     let mut added_error = AddedError::default();
+    // Velocities of prescribed motions jump only between intervals.
+    let driven = world.joints().iter().filter(|joint| divides && joint.moves());
+    let driven: Vec<_> = driven.map(Joint::body).collect();
     for body in 0..arrivals.len() {
+        if driven.contains(&body) {
+            instants.states[body] = solution.states[body];
+            instants.motions[body].since += h;
+            continue;
+        }
         let state = &now.states[body];
         let next = &solution.states[body];
         let is_abrupt = abrupt.bodies.get(body).is_none_or(|is_abrupt| *is_abrupt);
@@ -361,6 +376,7 @@ pub(super) fn end(
         }
         *motion = Motion { since, last, acceleration: Some(acceleration), jerk };
     }
+    added_error.late = abrupt.late;
     taken.errors = added_error;
     taken.ends.clone_from(&instants.states);
     taken.extrapolated.clear();
