@@ -9,7 +9,7 @@
 //! ```
 //!
 //! Therefore such a step is taken in two intervals. The first one ends where the motion comes to rest, and the
-//! island starts there anew. A step is divided once, at its first turn, and not in an island with impacts or with
+//! island starts there anew. A step of few bodies is divided once, at its first turn, and not in an island with impacts or with
 //! fast rotations, whose kinetic energy differs by (h ω)²/4 along tangents and chords. It stays whole if
 //! the motion does not turn back: one that only ends has an error of second order.
 
@@ -25,6 +25,10 @@ use std::mem::take;
 /// Largest rotation of a body of the island in the step (rad).
 const MOST_ROTATION: f64 = 0.05;
 
+/// Largest number of bodies of the world, all of which take a divided step. In a pile of a hundred boxes, 38 of 51
+/// steps were divided for a motion that did not turn back, and all took a third of the time.
+const MOST_BODIES: usize = 16;
+
 /// Slip or rate of an axis below which a motion does not turn back but ends (m/s or rad/s, times the speed
 /// scale).
 const LEAST: f64 = 1e-6;
@@ -38,7 +42,7 @@ pub(super) fn divide(
     workspace: &mut Workspace<'_>,
     record: &mut StepRecord,
 ) -> Option<Box<Moment>> {
-    let turn = workspace.abrupt.turn.take()?;
+    let turn = workspace.abrupt.turn.take().filter(|_| world.bodies().len() <= MOST_BODIES)?;
     let label = workspace.abrupt.islands.label(turn.body);
     let mut states = record.states().iter().enumerate();
     let rotates = |state: &State| state.spin.norm() * world.time_step() > MOST_ROTATION;
