@@ -94,7 +94,7 @@ class Problem:
 def plate(problem: Problem) -> Any:
     """Box that slides on its four lower corners, which carry it like four equal springs."""
     half, friction, slope = problem.scene.extents[0], problem.scene.friction, problem.slope()
-    down, inertia = slope.inv().apply(problem.scene.gravity), problem.scene.inertias[0][2, 2]
+    down, inertia = slope.inv().apply(np.array(problem.scene.gravity)), problem.scene.inertias[0][2, 2]
     corners = np.array([[x, y] for x in (-half[0], half[0]) for y in (-half[1], half[1])])
 
     def rates(_: float, state: Any) -> Any:
@@ -110,7 +110,7 @@ def plate(problem: Problem) -> Any:
         torque = float(np.sum(arms[:, 0] * forces[:, 1] - arms[:, 1] * forces[:, 0]))
         return np.concatenate([state[3:], forces.sum(axis=0) + down[:2], [torque / inertia * problem.scene.masses[0]]])
 
-    velocity = slope.inv().apply(problem.scene.states[0, 7:10])
+    velocity = slope.inv().apply(np.array(problem.scene.states[0, 7:10]))
     start = [0.0, 0.0, 0.0, *velocity[:2], problem.scene.states[0, 12]]
     end = solve_ivp(rates, (0.0, problem.duration), start, "DOP853", rtol=1e-13, atol=1e-13).y[:, -1]
     return problem.place + slope.apply([end[0], end[1], 0.0])
@@ -179,7 +179,7 @@ def jointed(problem: Problem) -> Any:
         return np.concatenate([velocities[:, :3].ravel(), turning.ravel(), inverse @ (forces + matrix.T @ multipliers)])
 
     axes = problem.turn.as_matrix().transpose(0, 2, 1)
-    velocities = np.concatenate([scene.states[:, 7:10], problem.turn.apply(scene.states[:, 10:])], axis=1)
+    velocities = np.concatenate([scene.states[:, 7:10], problem.turn.apply(np.array(scene.states[:, 10:]))], axis=1)
     start = np.concatenate([problem.place.ravel(), axes.ravel(), velocities.ravel()])
     end = solve_ivp(rates, (0.0, problem.duration), start, "DOP853", rtol=1e-12, atol=1e-12)
     return end.y[: 3 * count, -1].reshape(count, 3)
