@@ -145,3 +145,18 @@ def test_torch_and_jax_have_the_same_numbers():
         assert np.array_equal(found_states, states)
         for argument, by in own.items():
             assert np.allclose(found[argument], by, rtol=1e-14, atol=0), (name, argument)
+
+
+def test_jax_maps_over_rollouts():
+    jax = pytest.importorskip("jax")
+    from tumble.jax import rollout
+
+    jax.config.update("jax_enable_x64", True)
+    scene = thrown()
+
+    def far(friction):
+        return rollout(scene, steps=STEPS, parameters={"friction": friction[None]})[0, -1, 0, 0]
+
+    frictions = jax.numpy.array([0.2, 0.3, 0.4])
+    for mapped in (far, jax.grad(far)):
+        assert np.array_equal(jax.vmap(mapped)(frictions), [mapped(friction) for friction in frictions])

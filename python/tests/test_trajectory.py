@@ -122,12 +122,26 @@ def test_tables_without_pandas_say_what_to_install(stack, monkeypatch):
             table()
 
 
+def test_plots_on_axes_have_the_numbers_of_the_run(stack):
+    figure = pytest.importorskip("matplotlib.figure").Figure()
+    position, energy = figure.subplots(2)
+    assert stack.plot(ax=position, body="box-1") is position
+    lines = position.get_lines()
+    assert [line.get_label() for line in lines] == ["x", "y", "z"]
+    assert np.array_equal(lines[2].get_ydata(), stack.positions[:, stack.scene.bodies.index("box-1"), 2])
+    assert np.array_equal(stack.plot(ax=energy, sheet="energy").get_lines()[0].get_ydata(), stack.energy)
+    with pytest.raises(tumble.TumbleError, match="ax and path are both given"):
+        stack.plot("plot.svg", ax=position)
+
+
 def test_pictures_are_pictures(run, stack, tmp_path):
     assert run.plot(tmp_path / "plot.svg").read_text().startswith("<svg")
     assert run.plot(tmp_path / "plot.png").read_bytes().startswith(b"\x89PNG")
     assert run.plot(tmp_path / "energy.svg", sheet="energy").read_text().count("<path") > 2
     assert stack.plot(body="box-1").data != stack.plot(body=0).data
     assert run.gif(tmp_path / "a.gif", size=120, speed=4.0).read_bytes().startswith(b"GIF89a")
+    for shown in (run.scene, run.scene.simulate()):
+        assert "data:image/gif;base64,R0lGODlh" in shown._repr_html_()
     page = run.view(tmp_path / "view.html").read_text()
     assert page.startswith("<!DOCTYPE html>") or page.startswith("<!doctype html>")
     assert "<title>drop</title>" in page and '"name":"seed","value":"42"' in page

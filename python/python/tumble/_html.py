@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
 from collections.abc import Sequence
 from html import escape
 
@@ -34,6 +35,12 @@ _COLUMNS = 240
 _ROW = 16
 """Height of a strip, px."""
 _SHADES = ("#eef3f7", "#f7e3a1", "#f0a35e", "#d9534f", "#7b1e3a")
+
+
+def shown(line: str, gif: bytes) -> str:
+    """A line of text and a picture below it, for notebooks."""
+    data = b64encode(gif).decode()
+    return f'<div>{escape(line)}</div><img alt="{escape(line, True)}" src="data:image/gif;base64,{data}">'
 
 
 def document(title: str, body: Sequence[str]) -> str:

@@ -372,6 +372,11 @@ class Scene(Queries):
         plural = "body" if bodies == 1 else "bodies"
         return f"<tumble.Scene {self.name!r}: {bodies} {plural}, h = {self.time_step} s>"
 
+    def _repr_html_(self) -> str:
+        from ._html import shown
+
+        return shown(repr(self), self.run(0, contacts=False).gif().data)
+
 
 def _checked(name: str, value: Any) -> Any:
     """Value of a keyword that overrides a file."""

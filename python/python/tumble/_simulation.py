@@ -426,6 +426,11 @@ class Simulation(Queries):
     def __repr__(self) -> str:
         return f"<tumble.Simulation of {self.scene.name!r} at k = {self.index}, t = {self.time} s>"
 
+    def _repr_html_(self) -> str:
+        from ._html import shown
+
+        return shown(repr(self), self.run(0, contacts=False).gif().data)
+
 
 def _states(scene: Scene, states: Any) -> Any:
     bodies = len(scene.bodies)

@@ -376,13 +376,16 @@ class Trajectory:
             tables[name] = gzip.decompress(content) if is_compressed else content
         return cls(scene, Recording.from_tables(scene._core, tables, run=run))
 
-    def plot(self, path: Location | None = None, *, sheet: str = "motion", body: Any = None) -> Any:
+    def plot(self, path: Location | None = None, *, sheet: str = "motion", body: Any = None, ax: Any = None) -> Any:
         """Plots of a body over time as SVG.
 
         ``sheet`` is "motion", with contact forces, or "energy". ``body`` is an index or a
-        name, and by default the first body that moves. The plot is written to ``path``, which ends in .svg or .png. Without a path, the
-        result is an object that a notebook shows.
+        name, and by default the first body that moves. The plot is written to ``path``, which ends in .svg or .png.
+        Without a path, the result is an object that a notebook shows. With matplotlib's axes ``ax``, the position (m)
+        of the body or the energy of the scene (J) is drawn there, and they are returned.
         """
+        if ax is not None:
+            return self._plot_on(ax, path, sheet, body)
         ends = Path(path).suffix if path is not None else ".svg"
         if ends not in (".svg", ".png"):
             raise TumbleError(f"{path}: a name that ends in .svg or .png is needed")
@@ -392,6 +395,25 @@ class Trajectory:
         if path is None:
             return Picture("image/svg+xml", svg.encode())
         return replaced(Path(path), svg.encode() if ends == ".svg" else Recording.png(svg))
+
+    def _plot_on(self, ax: Any, path: Location | None, sheet: str, body: Any) -> Any:
+        if path is not None:
+            raise TumbleError("ax and path are both given; save the figure of ax instead")
+        import numpy as np
+
+        if sheet == "energy":
+            ax.plot(self.time, self.energy)
+            ax.set(xlabel="t (s)", ylabel="energy (J)")
+        elif sheet == "motion":
+            moves = np.any(self.positions != self.positions[0], axis=(0, 2))
+            place = self._body(body) if body is not None else int(np.argmax(moves))
+            for axis, name in enumerate("xyz"):
+                ax.plot(self.time, self.positions[:, place, axis], label=name)
+            ax.set(xlabel="t (s)", ylabel=f"position of {self.scene.bodies[place]} (m)")
+            ax.legend()
+        else:
+            raise TumbleError(f'sheet is {sheet!r}; "motion" or "energy" is needed')
+        return ax
 
     def gif(
         self,

@@ -6,8 +6,8 @@
     ...     return tumble.jax.rollout(scene, steps=100, parameters={"friction": friction})[0, -1, 0, 0]
     >>> jax.grad(far)(jax.numpy.array([0.3]))
 
-Only reverse mode is supported (``jax.grad``, ``jax.vjp``), also under ``jax.jit``. Derivatives
-are exact and valid up to the next kink: docs/gradients.md. Without ``jax_enable_x64`` jax rounds
+Only reverse mode is supported (``jax.grad``, ``jax.vjp``), also under ``jax.jit`` and ``jax.vmap``, which
+takes the entries one after the other. A batch of states is faster. Derivatives are exact and valid up to the next kink: docs/gradients.md. Without ``jax_enable_x64`` jax rounds
 all numbers to single precision.
 """
 
@@ -61,7 +61,8 @@ def rollout(
     def states(arrays: Any) -> Any:
         shape = of.shape({name: np.zeros(array.shape) for name, array in arrays.items()})
         found = jax.ShapeDtypeStruct(shape, jax.numpy.zeros(0).dtype)
-        return jax.pure_callback(lambda a: of.states(doubles(a)).astype(found.dtype), found, arrays)
+        called = lambda a: of.states(doubles(a)).astype(found.dtype)
+        return jax.pure_callback(called, found, arrays, vmap_method="sequential")
 
     def pull(arrays: Any, states: Any, by_states: Any) -> Any:
         found = of.pull(doubles(arrays), np.asarray(states, np.float64), np.asarray(by_states, np.float64))
@@ -70,7 +71,7 @@ def rollout(
     def backward(kept: Any, by_states: Any) -> Any:
         arrays, ends = kept
         like = {name: jax.ShapeDtypeStruct(array.shape, array.dtype) for name, array in arrays.items()}
-        return (jax.pure_callback(pull, like, arrays, ends, by_states),)
+        return (jax.pure_callback(pull, like, arrays, ends, by_states, vmap_method="sequential"),)
 
     def forward(arrays: Any) -> Any:
         ends = states(arrays)
