@@ -1,0 +1,1 @@
+//! Random assemblies: statics against the simulator.
