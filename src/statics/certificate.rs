@@ -6,8 +6,10 @@ use super::structure::{ContactRow, Structure};
 use nalgebra::Vector3;
 use tumble_core::contact::ContactLoad;
 
-/// Largest imbalance of a body, as a fraction of the sum of all forces on it.
-const BALANCED: f64 = 1e-8;
+/// Largest imbalance of a body, as a fraction of its load.
+const BALANCED: f64 = 1e-7;
+/// The same as a fraction of the sum of all loads.
+const BALANCED_OF_ALL: f64 = 1e-10;
 /// Largest force outside of a cone or range, as a fraction of the force. Rounding only: forces are
 /// moved into their cones.
 const INSIDE: f64 = 1e-12;
@@ -40,8 +42,8 @@ pub struct Mechanism {
 pub struct ForceCheck {
     /// Largest imbalance of a body (N); torques are divided by its reach.
     pub imbalance: f64,
-    /// The same as a fraction of the sum of all forces on that body.
-    pub relative_imbalance: f64,
+    /// Sum of the loads on all bodies (N); torques are divided by their reach.
+    pub loads: f64,
     /// Smallest margin of a contact in its cone, μ f_n − ‖f_t‖ (N). Negative outside.
     pub cone_margin: f64,
     /// Contact with the smallest margin.
@@ -148,14 +150,16 @@ impl Structure {
 
     /// Verdict under `loads`, which replace those of the scene.
     pub fn verdict_under(&self, loads: &LoadCase) -> Verdict {
-        let Some(found) = self.solve(loads, &Goal::LeastForces) else { return Verdict::Undecided };
-        if self.check_forces(&found.forces, loads).holds {
-            Verdict::Equilibrium(found.forces)
-        } else if self.check_mechanism(&found.mechanism, loads).holds {
-            Verdict::None(self.scaled_to_one(found.mechanism))
-        } else {
-            Verdict::Undecided
+        for goal in [Goal::LeastForces, Goal::LeastImbalance] {
+            let Some(found) = self.solve(loads, &goal) else { continue };
+            if self.check_forces(&found.forces, loads).holds {
+                return Verdict::Equilibrium(found.forces);
+            }
+            if self.check_mechanism(&found.mechanism, loads).holds {
+                return Verdict::None(self.scaled_to_one(found.mechanism));
+            }
         }
+        Verdict::Undecided
     }
 
     /// Mechanism scaled to a largest speed of 1 m/s.
@@ -178,7 +182,7 @@ impl Structure {
         let bodies = self.masses.len();
         let mut check = ForceCheck {
             imbalance: f64::NAN,
-            relative_imbalance: f64::NAN,
+            loads: f64::NAN,
             cone_margin: f64::INFINITY,
             contact: None,
             holds: false,
@@ -191,11 +195,10 @@ impl Structure {
         let size = |body: usize, twist: &Twist| {
             twist.linear.norm() + twist.angular.norm() / self.reaches[body]
         };
-        let mut totals: Vec<f64> = (0..bodies).map(|body| size(body, &sums[body])).collect();
-        let mut add = |body: usize, twist: Twist| {
-            sums[body] = sums[body].plus(twist);
-            totals[body] += size(body, &twist);
-        };
+        // Loads that cancel those of the scene count too.
+        let own = &self.loads.wrenches;
+        let load = |body: usize| size(body, &loads.wrenches[body]) + size(body, &own[body]);
+        let mut add = |body: usize, twist: Twist| sums[body] = sums[body].plus(twist);
         let mut is_inside = true;
         for (index, (contact, load)) in self.contacts.iter().zip(&forces.contacts).enumerate() {
             for (body, sign) in contact.key.bodies().zip([1.0, -1.0]) {
@@ -215,16 +218,14 @@ impl Structure {
             is_inside &= (low..=high).contains(force);
             axis.on.iter().for_each(|(body, twist)| add(*body, twist.times(*force)));
         }
-        (check.imbalance, check.relative_imbalance) = (0.0, 0.0);
+        let free = || (0..bodies).filter(|body| !self.held[*body]);
+        (check.imbalance, check.loads) = (0.0, free().map(load).sum());
         let mut is_balanced = true;
-        for body in (0..bodies).filter(|body| !self.held[*body]) {
+        for body in free() {
             let missed = size(body, &sums[body]);
-            let total = totals[body];
-            is_balanced &= missed <= BALANCED * total;
+            let allowed = (BALANCED * load(body)).max(BALANCED_OF_ALL * check.loads);
+            is_balanced &= missed <= allowed;
             check.imbalance = check.imbalance.max(missed);
-            if total > 0.0 {
-                check.relative_imbalance = check.relative_imbalance.max(missed / total);
-            }
         }
         check.holds = is_inside && is_balanced;
         check

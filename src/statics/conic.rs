@@ -38,6 +38,9 @@ pub(super) struct ConicResult {
 pub(super) enum Goal<'a> {
     /// Forces of least norm.
     LeastForces,
+    /// Forces with the least imbalance: for loads near the limit, where forces or velocities of the
+    /// problem above grow without bound.
+    LeastImbalance,
     /// Largest factor on these loads.
     LargestFactor(&'a LoadCase),
 }
@@ -182,7 +185,7 @@ impl Structure {
         let components = Components::new(self);
         let count = components.wrenches.len();
         let case = match goal {
-            Goal::LeastForces => None,
+            Goal::LeastForces | Goal::LeastImbalance => None,
             Goal::LargestFactor(case) => Some(*case),
         };
         let positive = |size: f64, other: f64| if size > 0.0 { size } else { other };
@@ -238,15 +241,25 @@ impl Structure {
         let mut cones = vec![ZeroConeT(rows)];
         let mut row = rows;
         components.add_cones(unit, &mut row, &mut columns, &mut right, &mut cones);
+        if matches!(goal, Goal::LeastImbalance) {
+            // A x + w + r = 0 with ‖r‖ ≤ t.
+            columns.extend((0..rows).map(|k| vec![(k, 1.0), (row + 1 + k, -1.0)]));
+            columns.push(vec![(row, -1.0)]);
+            right.extend(std::iter::repeat_n(0.0, rows + 1));
+            cones.push(SecondOrderConeT(rows + 1));
+            row += rows + 1;
+        }
         let variables = columns.len();
         let matrix = compressed(row, &mut columns);
-        let (quadratic, linear) = match goal {
-            Goal::LeastForces => (CscMatrix::identity(variables), vec![0.0; variables]),
-            Goal::LargestFactor(_) => {
-                let mut linear = vec![0.0; variables];
-                linear[count] = -1.0;
-                (CscMatrix::zeros((variables, variables)), linear)
-            }
+        let mut linear = vec![0.0; variables];
+        match goal {
+            Goal::LeastForces => {}
+            Goal::LeastImbalance => linear[variables - 1] = 1.0,
+            Goal::LargestFactor(_) => linear[count] = -1.0,
+        }
+        let quadratic = match goal {
+            Goal::LeastForces => CscMatrix::identity(variables),
+            _ => CscMatrix::zeros((variables, variables)),
         };
         let settings = DefaultSettings {
             verbose: false,
@@ -263,7 +276,7 @@ impl Structure {
         solver.solve();
         let (x, z) = (&solver.solution.x, &solver.solution.z);
         let forces: Vec<f64> = x[..count].iter().map(|x| x * unit).collect();
-        let factor = x.get(count).map_or(0.0, |x| x * unit / case_unit);
+        let factor = case.map_or(0.0, |_| x[count] * unit / case_unit);
         let velocity = |(first, reach): (&Option<usize>, &f64)| {
             first.map_or(Twist::ZERO, |first| Twist {
                 linear: Vector3::from_column_slice(&z[first..first + 3]),

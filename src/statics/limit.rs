@@ -14,6 +14,8 @@ use crate::Partner;
 
 /// Factor by which a mechanism is checked above the limit.
 const ABOVE: f64 = 1e-6;
+/// Smallest factor for the same, in units of the other loads.
+const LEAST: f64 = 1e-3;
 /// Size of a load case that stands for any factor, in units of the other loads.
 const ANY: f64 = 1e3;
 
@@ -81,7 +83,8 @@ impl Structure {
         let Some(found) = self.solve(&self.loads, &goal) else { return Limit::Undecided };
         let ConicResult { forces, factor: lower, mechanism } = found;
         let power = case.power(&mechanism.velocities);
-        let above = lower + ABOVE * lower.abs();
+        let unit = self.size(&self.loads) / self.size(case);
+        let above = lower + ABOVE * lower.abs().max(if unit > 0.0 { LEAST * unit } else { 0.0 });
         if self.check_forces(&forces, &self.loads.plus(lower, case)).holds
             && self.check_mechanism(&mechanism, &self.loads.plus(above, case)).holds
         {
@@ -90,8 +93,7 @@ impl Structure {
             let upper = -self.loads.power(&mechanism.velocities) - work;
             return Limit::Factor { lower, upper, forces, mechanism };
         }
-        let any = ANY * self.size(&self.loads) / self.size(case);
-        let any = if any > 0.0 && any.is_finite() { any } else { 1.0 };
+        let any = if unit > 0.0 && unit.is_finite() { ANY * unit } else { 1.0 };
         let excludes = |factor: f64| {
             self.check_mechanism(&mechanism, &self.loads.plus(factor, case)).holds
         };

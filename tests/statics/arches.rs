@@ -32,12 +32,12 @@ fn half_circle(count: usize, thickness: f64, friction: f64) -> Scene {
 #[test]
 fn a_half_circle_of_twenty_stones_has_its_critical_thickness() {
     let (mut thin, mut thick) = (0.09, 0.13);
-    while thick - thin > 1e-7 {
+    while thick - thin > 1e-8 {
         let middle = 0.5 * (thin + thick);
         let found = stands(&half_circle(20, middle, 1.0).structure());
         *(if found { &mut thick } else { &mut thin }) = middle;
     }
-    assert_close(thick, 0.107348, 1e-5);
+    assert_close(thick, 0.107348, 5e-6);
 }
 
 #[test]

@@ -49,11 +49,11 @@ fn planted_forces_are_rejected() {
         let outside = plant(&|of| of.contacts[contact].force += Vector3::y() * 100.0);
         assert!(!outside.holds && outside.cone_margin < 0.0);
         let heavy = plant(&|of| of.contacts[contact].force += normal * 1e-3);
-        assert!(!heavy.holds && (heavy.imbalance - 1e-3).abs() < 1e-3, "{heavy:?}");
+        assert!(!heavy.holds && (1e-3..3e-3).contains(&heavy.imbalance), "{heavy:?}");
         assert!(!plant(&|of| of.contacts[contact].moment = normal * 1e-3).holds);
         assert!(!plant(&|of| of.contacts[contact].force.x = f64::NAN).holds);
     }
-    assert!(!plant(&|of| drop(of.contacts.pop())).holds);
+    assert!(!plant(&|of| of.contacts.truncate(1)).holds);
 }
 
 #[test]
@@ -72,7 +72,7 @@ fn planted_mechanisms_are_rejected() {
     assert!(!plant(&|of| *of = of.times(0.0)));
     assert!(!plant(&|of| *of = of.times(-1.0)));
     assert!(!plant(&|of| of.velocities[1].angular.y = f64::NAN));
-    assert!(!plant(&|of| drop(of.velocities.pop())));
+    assert!(!plant(&|of| of.velocities.truncate(1)));
 }
 
 #[test]

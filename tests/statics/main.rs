@@ -4,10 +4,12 @@ mod arches;
 mod campaign;
 mod certificates;
 mod closed_forms;
-#[path = "../common/mod.rs"]
-mod common;
+#[path = "../../crates/core/tests/common/draw.rs"]
+mod draw;
 mod friction;
 mod joints;
+#[path = "../../crates/core/tests/common/campaign.rs"]
+mod sizes;
 mod slopes;
 mod walls;
 
@@ -16,42 +18,42 @@ use tumble::statics::{LoadCase, Structure, Verdict};
 use tumble::{Fixed, Parameters, Piece, Plane, RigidBody, State, World};
 
 /// Bodies and fixed pieces at rest under gravity of 10 m/s².
-pub struct Scene {
-    pub bodies: Vec<RigidBody>,
-    pub states: Vec<State>,
-    pub fixed: Vec<Piece>,
-    pub friction: f64,
-    pub has_ground: bool,
+struct Scene {
+    bodies: Vec<RigidBody>,
+    states: Vec<State>,
+    fixed: Vec<Piece>,
+    friction: f64,
+    has_ground: bool,
 }
 
-pub const GRAVITY: f64 = 10.0;
+const GRAVITY: f64 = 10.0;
 
 impl Scene {
-    pub fn new(friction: f64) -> Self {
+    fn new(friction: f64) -> Self {
         let (bodies, states, fixed) = (Vec::new(), Vec::new(), Vec::new());
         Self { bodies, states, fixed, friction, has_ground: true }
     }
 
-    pub fn add(&mut self, body: RigidBody, position: [f64; 3]) -> &mut Self {
+    fn add(&mut self, body: RigidBody, position: [f64; 3]) -> &mut Self {
         self.bodies.push(body);
         self.states.push(State::at_rest(position));
         self
     }
 
     /// Adds a box of half sides in metres.
-    pub fn add_box(&mut self, mass: f64, half: [f64; 3], position: [f64; 3]) -> &mut Self {
+    fn add_box(&mut self, mass: f64, half: [f64; 3], position: [f64; 3]) -> &mut Self {
         self.add(RigidBody::solid_box(mass, half.into()).unwrap(), position)
     }
 
     /// Adds a hull with its corners in the world.
-    pub fn add_hull(&mut self, density: f64, corners: &[Vector3<f64>]) -> &mut Self {
+    fn add_hull(&mut self, density: f64, corners: &[Vector3<f64>]) -> &mut Self {
         let piece = Piece::hull(corners, 0.0).unwrap();
         let volume = tumble_core::geometry::MassProperties::from_piece(&piece).volume;
         let (body, centre) = RigidBody::solid(density * volume, &[piece]).unwrap();
         self.add(body, centre.into())
     }
 
-    pub fn world(&self) -> World {
+    fn world(&self) -> World {
         let world = World::new(Parameters {
             ground: self.has_ground.then(Plane::level),
             gravity: Vector3::new(0.0, 0.0, -GRAVITY),
@@ -62,12 +64,12 @@ impl Scene {
         world.unwrap().with_fixed(fixed.collect()).unwrap()
     }
 
-    pub fn structure(&self) -> Structure {
+    fn structure(&self) -> Structure {
         Structure::at_rest(&self.world(), &self.states, &[]).unwrap().0
     }
 
     /// Largest factor on a `force` on a body at a `point` from its centre.
-    pub fn largest_push(&self, body: usize, force: [f64; 3], point: [f64; 3]) -> f64 {
+    fn largest_push(&self, body: usize, force: [f64; 3], point: [f64; 3]) -> f64 {
         let structure = self.structure();
         let case = LoadCase::push(&structure, body, force.into(), point.into()).unwrap();
         let limit = structure.largest_factor(&case);
@@ -76,16 +78,17 @@ impl Scene {
 }
 
 /// True if the structure has a force state, false for a mechanism.
-pub fn stands(structure: &Structure) -> bool {
+#[track_caller]
+fn stands(structure: &Structure) -> bool {
     match structure.verdict() {
         Verdict::Equilibrium(_) => true,
         Verdict::None(_) => false,
-        other => panic!("{}", other.name()),
+        Verdict::Undecided => panic!("undecided"),
     }
 }
 
 #[track_caller]
-pub fn assert_close(found: f64, expected: f64, relative: f64) {
+fn assert_close(found: f64, expected: f64, relative: f64) {
     let error = (found - expected).abs() / expected.abs();
     assert!(error <= relative, "{found} instead of {expected}: {error:e}");
 }
