@@ -52,6 +52,16 @@ impl FrictionLimit {
             Self::Never(_) | Self::Undecided => None,
         }
     }
+
+    /// Name of the result.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Factor { .. } => "factor",
+            Self::Frictionless(_) => "frictionless",
+            Self::Never(_) => "never",
+            Self::Undecided => "undecided",
+        }
+    }
 }
 
 /// Bracket of the smallest factor: the last certificate at each end, with its factor.

@@ -83,8 +83,7 @@ impl Structure {
         let Some(found) = self.solve(&self.loads, &goal) else { return Limit::Undecided };
         let ConicResult { forces, factor: lower, mechanism } = found;
         let power = case.power(&mechanism.velocities);
-        let unit = self.size(&self.loads) / self.size(case);
-        let above = lower + ABOVE * lower.abs().max(if unit > 0.0 { LEAST * unit } else { 0.0 });
+        let above = self.above(lower, case);
         if self.check_forces(&forces, &self.loads.plus(lower, case)).holds
             && self.check_mechanism(&mechanism, &self.loads.plus(above, case)).holds
         {
@@ -93,7 +92,7 @@ impl Structure {
             let upper = -self.loads.power(&mechanism.velocities) - work;
             return Limit::Factor { lower, upper, forces, mechanism };
         }
-        let any = if unit > 0.0 && unit.is_finite() { ANY * unit } else { 1.0 };
+        let any = ANY * self.unit_of(case);
         let excludes = |factor: f64| {
             self.check_mechanism(&mechanism, &self.loads.plus(factor, case)).holds
         };
@@ -107,6 +106,18 @@ impl Structure {
             matches!(self.verdict_under(&self.loads.plus(factor, case)), Verdict::Equilibrium(_))
         };
         if stands(0.0) || stands(any) { Limit::Unlimited(alone) } else { Limit::Undecided }
+    }
+
+    /// Factor of `case` above `factor` at which a limit has its mechanism: by 10⁻⁶ of it, and near 0 by 10⁻⁹ of
+    /// the other loads.
+    pub fn above(&self, factor: f64, case: &LoadCase) -> f64 {
+        factor + ABOVE * factor.abs().max(LEAST * self.unit_of(case))
+    }
+
+    /// Factor that makes `case` as large as the loads of the scene, or 1.
+    fn unit_of(&self, case: &LoadCase) -> f64 {
+        let unit = self.size(&self.loads) / self.size(case);
+        if unit > 0.0 && unit.is_finite() { unit } else { 1.0 }
     }
 
     /// Contacts in the order of their part in a mechanism, the weakest first. Contacts that do not move are
