@@ -16,6 +16,8 @@ const INSIDE: f64 = 1e-12;
 /// Smallest [excluded force](MechanismCheck::excluded) of a mechanism that holds, in units of the sum of
 /// all loads.
 const EXCLUDED: f64 = 100.0;
+/// Largest violation of (S2), as a fraction of the largest speed.
+const DILATES: f64 = 1e-7;
 /// Smallest power of a mechanism, as a fraction of loads times speeds: above rounding.
 const POWER: f64 = 1e-11;
 
@@ -256,6 +258,7 @@ impl Structure {
             .sum();
         let excluded = power / violation;
         let holds = power > POWER * size * speed
+            && violation <= DILATES * speed
             && excluded >= EXCLUDED * size
             && speed.is_finite()
             && (0..bodies).all(stays);

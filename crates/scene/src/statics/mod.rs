@@ -4,7 +4,7 @@ mod report;
 
 pub use report::{
     BodyMotion, ContactForce, FieldSlope, FrictionReport, LimitReport, MassSlope, PairSlope, Report,
-    WeakPair,
+    SimulatorReport, WeakPair,
 };
 
 use super::overrides::FieldOverride;
@@ -157,6 +157,7 @@ pub fn answer(
     let Some((structure, verdict)) = found else {
         return Err(Failure::Other("a structure has no worst case".to_owned()));
     };
+    let from_rest = question.friction.is_none().then_some(from_rest);
     let mut report = Report::new(scene, structure, &verdict, from_rest);
     report.friction = question.friction;
     if let Some(load) = &question.load {

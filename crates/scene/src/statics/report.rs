@@ -27,18 +27,25 @@ pub struct Report {
     pub contacts: Vec<ContactForce>,
     /// Velocities that prove that no forces do.
     pub mechanism: Vec<BodyMotion>,
-    /// True if a body moves in the step that the simulator takes from rest.
-    pub simulator_moves: bool,
-    /// Largest speed of a body after this step (m/s).
-    pub simulator_speed: f64,
-    /// Status of this step.
-    pub simulator_status: String,
+    /// The step that the simulator takes from rest; `None` for a worst case, whose friction it does not have.
+    pub simulator: Option<SimulatorReport>,
     /// Range of friction whose worst case this is.
     pub friction: Option<[f64; 2]>,
     /// Largest factor on a load.
     pub limit: Option<LimitReport>,
     /// Smallest friction.
     pub least_friction: Option<FrictionReport>,
+}
+
+/// Step of the simulator from rest.
+#[derive(Debug, Clone, Serialize)]
+pub struct SimulatorReport {
+    /// True if a body moves.
+    pub moves: bool,
+    /// Largest speed of a body at its end (m/s).
+    pub speed: f64,
+    /// Status of the step.
+    pub status: String,
 }
 
 /// Check of a force state.
@@ -207,7 +214,7 @@ impl Report {
         scene: &Scene,
         structure: &Structure,
         verdict: &Verdict,
-        from_rest: FromRest,
+        from_rest: Option<FromRest>,
     ) -> Self {
         let (forces, mechanism): (Option<&ForceState>, Option<&Mechanism>) = match verdict {
             Verdict::Equilibrium(forces) => (Some(forces), None),
@@ -234,9 +241,11 @@ impl Report {
             mechanism_check: mechanism.map(|of| structure.check_mechanism(of, loads).into()),
             contacts: structure.contacts().iter().enumerate().map(contact).collect(),
             mechanism: mechanism.map_or_else(Vec::new, |of| motions(scene, of)),
-            simulator_moves: from_rest.moves,
-            simulator_speed: from_rest.speed,
-            simulator_status: from_rest.status.to_string(),
+            simulator: from_rest.map(|of| SimulatorReport {
+                moves: of.moves,
+                speed: of.speed,
+                status: of.status.to_string(),
+            }),
             friction: None,
             limit: None,
             least_friction: None,
