@@ -24,9 +24,7 @@ pub fn run(args: &StandsArgs) -> Result<Outcome, Failure> {
     };
     let report = statics::answer(&scene, &asked.question(), &with).map_err(Failure::as_flag)?;
     if args.json {
-        let text = serde_json::to_string_pretty(&report)
-            .map_err(|error| Failure::Other(format!("the answer cannot be written: {error}")))?;
-        output::say(&(text + "\n"))?;
+        output::say(&(report.text()? + "\n"))?;
     } else {
         output::say(&described(&report))?;
     }
@@ -38,7 +36,9 @@ fn described(report: &Report) -> String {
     let name = shown::line(&report.name);
     let mut text = match report.verdict {
         "equilibrium" => format!("{name} can stand: forces balance all bodies\n"),
-        "none" => format!("{name} cannot stand: no forces in the friction cones balance all bodies\n"),
+        "none" => {
+            format!("{name} cannot stand: no forces in the friction cones balance all bodies\n")
+        }
         _ => format!("{name}: undecided, neither forces nor a mechanism were found\n"),
     };
     let (bodies, contacts) = (report.bodies, report.contacts.len());

@@ -47,7 +47,8 @@ impl Structure {
         simulation.step(&mut record)?;
         let world = simulation.world();
         let structure = Self::new(world, &starts, wrenches, &record.first().contacts)?;
-        let speed = |(state, reach): (&State, &f64)| state.velocity.norm() + state.spin.norm() * reach;
+        let speed =
+            |(state, reach): (&State, &f64)| state.velocity.norm() + state.spin.norm() * reach;
         let ends = record.next_states().iter().zip(&structure.reaches);
         let speed = ends.map(speed).fold(0.0, f64::max);
         let loads = structure.loads.wrenches.iter().zip(&structure.masses);

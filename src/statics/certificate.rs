@@ -254,7 +254,10 @@ impl Structure {
         violation = violation.max(locked);
         let size: f64 = (0..bodies)
             .filter(|body| !self.held[*body])
-            .map(|body| loads.wrenches[body].linear.norm() + loads.wrenches[body].angular.norm() / self.reaches[body])
+            .map(|body| {
+                loads.wrenches[body].linear.norm()
+                    + loads.wrenches[body].angular.norm() / self.reaches[body]
+            })
             .sum();
         let excluded = power / violation;
         let holds = power > POWER * size * speed

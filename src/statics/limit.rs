@@ -93,9 +93,8 @@ impl Structure {
             return Limit::Factor { lower, upper, forces, mechanism };
         }
         let any = ANY * self.unit_of(case);
-        let excludes = |factor: f64| {
-            self.check_mechanism(&mechanism, &self.loads.plus(factor, case)).holds
-        };
+        let excludes =
+            |factor: f64| self.check_mechanism(&mechanism, &self.loads.plus(factor, case)).holds;
         if [-any, 0.0, any].into_iter().all(excludes) {
             return Limit::Never(mechanism);
         }

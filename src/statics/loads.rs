@@ -93,7 +93,9 @@ impl LoadCase {
     pub fn tilt(of: &Structure, axis: Vector3<f64>) -> Result<Self, Error> {
         let refuse = |why| Err(Error::Unsupported { what: "tilt of gravity", why });
         if of.has_other_loads {
-            return refuse("gravity must be the only load; joints may not have forces of limited size");
+            return refuse(
+                "gravity must be the only load; joints may not have forces of limited size",
+            );
         }
         let Some(axis) = axis.try_normalize(0.0) else { return refuse("its axis is zero") };
         let across = axis.cross(&of.gravity);

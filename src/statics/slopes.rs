@@ -50,12 +50,7 @@ impl Limit {
 impl Structure {
     /// Change of the largest factor to first order (S6), if the structure and its load case change to these.
     /// `None` without a limit, or if the contacts are not the same ones.
-    pub fn change_of_factor(
-        &self,
-        limit: &Limit,
-        changed: &Self,
-        case: &LoadCase,
-    ) -> Option<f64> {
+    pub fn change_of_factor(&self, limit: &Limit, changed: &Self, case: &LoadCase) -> Option<f64> {
         let (factor, forces, mechanism) = limit.both()?;
         let counts = |of: &Self| [of.contacts.len(), of.axes.len(), of.masses.len()];
         if counts(self) != counts(changed) || case.wrenches.len() != self.masses.len() {
@@ -85,7 +80,8 @@ impl Structure {
         for (index, (contact, load)) in self.contacts.iter().zip(&forces.contacts).enumerate() {
             let pressing = contact.normal.dot(&load.force);
             let velocity = self.relative(contact, &mechanism.velocities).0;
-            *slopes.entry(self.pair(index)).or_insert(0.0) += pressing * contact.resisted(&velocity);
+            *slopes.entry(self.pair(index)).or_insert(0.0) +=
+                pressing * contact.resisted(&velocity);
         }
         let mut slopes: Vec<_> = slopes.into_iter().collect();
         slopes.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -138,7 +134,10 @@ fn moved(before: &ContactRow, now: &ContactRow, load: &ContactLoad) -> ContactLo
     let pressing = before.normal.dot(&load.force);
     let mut across = load.force - before.normal * pressing;
     let limit = before.friction * pressing;
-    if before.dragged.is_some() || before.scaled.is_some() || across.norm() >= limit * (1.0 - AT_LIMIT) {
+    if before.dragged.is_some()
+        || before.scaled.is_some()
+        || across.norm() >= limit * (1.0 - AT_LIMIT)
+    {
         across *= if before.friction > 0.0 { now.friction / before.friction } else { 1.0 };
     }
     ContactLoad { force: turn * (before.normal * pressing + across), moment: turn * load.moment }

@@ -75,9 +75,9 @@ impl ContactRow {
         let key = contact.key;
         let carried = contact.carried(world, states);
         let turning = contact.turning_friction(world);
-        let scaled = contact.friction_tensor(world, states).and_then(|tensor| {
-            Some((tensor.across.try_normalize(1e-8)?, tensor.stretch()))
-        });
+        let scaled = contact
+            .friction_tensor(world, states)
+            .and_then(|tensor| Some((tensor.across.try_normalize(1e-8)?, tensor.stretch())));
         let axis = |k: usize| contact.frame.column(k).into_owned();
         let tangents = match scaled {
             Some((along, _)) => [along, contact.normal().cross(&along)],

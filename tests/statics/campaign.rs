@@ -37,7 +37,8 @@ fn assembly(draw: &mut WideDraw) -> Scene {
         width = 0.12;
     }
     for _ in 0..1 + draw.index(4) {
-        let half = [draw.within(0.3, 1.0) * width, draw.within(0.3, 1.0) * width, draw.within(0.03, 0.2)];
+        let half =
+            [draw.within(0.3, 1.0) * width, draw.within(0.3, 1.0) * width, draw.within(0.03, 0.2)];
         let at = [draw.within(-0.3, 0.3) * width, draw.within(-0.3, 0.3) * width];
         place(&mut scene, half, at, top, draw.within(0.0, 1.5));
         top += 2.0 * half[2];

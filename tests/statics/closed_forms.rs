@@ -7,11 +7,9 @@ use tumble::{Piece, RigidBody, State};
 
 #[test]
 fn a_block_slides_or_tips_on_a_slope() {
-    for (half, friction, expected) in [
-        ([0.1, 0.2, 0.1], 0.5, 0.5),
-        ([0.1, 0.2, 0.4], 0.5, 0.25),
-        ([0.3, 0.2, 0.2], 0.0, 0.0),
-    ] {
+    for (half, friction, expected) in
+        [([0.1, 0.2, 0.1], 0.5, 0.5), ([0.1, 0.2, 0.4], 0.5, 0.25), ([0.3, 0.2, 0.2], 0.0, 0.0)]
+    {
         let mut scene = Scene::new(friction);
         scene.add_box(3.0, half, [0.0, 0.0, half[2]]);
         let structure = scene.structure();

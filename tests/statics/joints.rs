@@ -57,5 +57,8 @@ fn a_lever_is_held_by_friction_a_motor_or_a_stop() {
     let stopped = Drive { limits: Some([0.0, 1.0]), ..Drive::NONE };
     let structure = lever(stopped);
     assert!(matches!(structure.verdict(), Verdict::Equilibrium(_)));
-    assert!(matches!(lever(Drive { limits: Some([-0.1, 1.0]), ..stopped }).verdict(), Verdict::None(_)));
+    assert!(matches!(
+        lever(Drive { limits: Some([-0.1, 1.0]), ..stopped }).verdict(),
+        Verdict::None(_)
+    ));
 }

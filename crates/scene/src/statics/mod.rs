@@ -3,8 +3,8 @@
 mod report;
 
 pub use report::{
-    BodyMotion, ContactForce, FieldSlope, FrictionReport, LimitReport, MassSlope, PairSlope, Report,
-    SimulatorReport, WeakPair,
+    BodyMotion, ContactForce, FieldSlope, FrictionReport, LimitReport, MassSlope, PairSlope,
+    Report, SimulatorReport, WeakPair,
 };
 
 use super::overrides::FieldOverride;
@@ -72,10 +72,7 @@ impl Scene {
         self.at_rest_from(&self.starts)
     }
 
-    fn at_rest_from(
-        &self,
-        states: &[tumble::State],
-    ) -> Result<(Structure, FromRest), Failure> {
+    fn at_rest_from(&self, states: &[tumble::State]) -> Result<(Structure, FromRest), Failure> {
         let world = self.world_at(self.start_index);
         let loads = self.loads.iter().zip(states);
         let wrench = |(load, state): (&tumble::Load, &tumble::State)| {
@@ -201,9 +198,8 @@ fn slope(
     };
     let (name, found): (String, Option<Slope>) = match by {
         By::Field(field, value) => {
-            let set = |value: f64| {
-                with(FieldOverride::labelled(field, field, &format!("{value:?}")))
-            };
+            let set =
+                |value: f64| with(FieldOverride::labelled(field, field, &format!("{value:?}")));
             // Faults of the field itself are not those of a missing limit.
             set(*value)?;
             let at = |value: f64| {

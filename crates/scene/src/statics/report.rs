@@ -3,10 +3,11 @@
 use crate::scene::Scene;
 use serde::Serialize;
 use tumble::statics::{
-    ForceCheck, ForceState, FrictionLimit, FromRest, Limit, LoadCase, Mechanism, MechanismCheck, Slope,
-    Structure, Verdict,
+    ForceCheck, ForceState, FrictionLimit, FromRest, Limit, LoadCase, Mechanism, MechanismCheck,
+    Slope, Structure, Verdict,
 };
 use tumble_core::contact::Partner;
+use tumble_model::failure::Failure;
 
 /// Answer about a scene at rest.
 #[derive(Debug, Clone, Serialize)]
@@ -183,7 +184,12 @@ pub struct FrictionReport {
 impl From<ForceCheck> for ForceReport {
     fn from(of: ForceCheck) -> Self {
         let ForceCheck { imbalance, loads, cone_margin, holds, .. } = of;
-        Self { imbalance, loads, cone_margin: if cone_margin.is_finite() { cone_margin } else { 0.0 }, holds }
+        Self {
+            imbalance,
+            loads,
+            cone_margin: if cone_margin.is_finite() { cone_margin } else { 0.0 },
+            holds,
+        }
     }
 }
 
@@ -250,6 +256,15 @@ impl Report {
             limit: None,
             least_friction: None,
         }
+    }
+
+    /// The answer as one JSON object.
+    ///
+    /// # Errors
+    /// None that is known: all numbers and names can be written.
+    pub fn text(&self) -> Result<String, Failure> {
+        let text = serde_json::to_string_pretty(self);
+        text.map_err(|error| Failure::Other(format!("the answer cannot be written: {error}")))
     }
 
     /// True if the structure stands, and every limit that was asked for has its certificates.
