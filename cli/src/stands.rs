@@ -62,16 +62,16 @@ fn described(report: &Report) -> String {
             shown::rounded(check.power),
             check.violation
         );
-        for of in fastest(report) {
-            text += &of;
+        for line in fastest(report) {
+            text += &line;
         }
     }
-    if let Some(of) = &report.simulator {
-        let does = if of.moves { "moves" } else { "stays" };
+    if let Some(step) = &report.simulator {
+        let does = if step.moves { "moves" } else { "stays" };
         let _ = writeln!(
             text,
             "  simulator    {does}: {:.1e} m/s after a step from rest, {}",
-            of.speed, of.status
+            step.speed, step.status
         );
     }
     if let Some(limit) = &report.limit {
@@ -98,9 +98,9 @@ fn fastest(report: &Report) -> Vec<String> {
     let mut bodies: Vec<_> = report.mechanism.iter().collect();
     let square = |v: &[f64; 3]| v.iter().map(|x| x * x).sum::<f64>();
     bodies.sort_by(|a, b| square(&b.velocity).total_cmp(&square(&a.velocity)));
-    let line = |of: &&statics::BodyMotion| {
-        let [x, y, z] = of.velocity;
-        format!("    {:<12} {x:.3}, {y:.3}, {z:.3} m/s\n", shown::line(&of.body))
+    let line = |motion: &&statics::BodyMotion| {
+        let [x, y, z] = motion.velocity;
+        format!("    {:<12} {x:.3}, {y:.3}, {z:.3} m/s\n", shown::line(&motion.body))
     };
     bodies.iter().take(MOST_NAMED).map(line).collect()
 }
@@ -135,8 +135,8 @@ fn limit_text(limit: &LimitReport) -> String {
         let between = pair(&weak.between);
         let _ = writeln!(text, "    weak       {between} {way}, part {:.2}", weak.part);
     }
-    let largest = limit.friction_slopes.first().map_or(0.0, |of| of.slope);
-    let counts = |of: &&PairSlope| of.slope.abs() > NEGLIGIBLE * largest;
+    let largest = limit.friction_slopes.first().map_or(0.0, |slope| slope.slope);
+    let counts = |slope: &&PairSlope| slope.slope.abs() > NEGLIGIBLE * largest;
     for slope in limit.friction_slopes.iter().filter(counts).take(MOST_NAMED) {
         let between = pair(&slope.between);
         let _ = writeln!(text, "    by friction of {between}: {}", shown::rounded(slope.slope));
@@ -148,10 +148,10 @@ fn limit_text(limit: &LimitReport) -> String {
 }
 
 /// Derivative, with both sides where it is not unique.
-fn slope_text(of: &FieldSlope) -> String {
-    let by = shown::line(&of.by);
-    match (of.slope, of.sides) {
-        (Some(slope), _) if of.is_unique => format!("    by {by}: {}\n", shown::rounded(slope)),
+fn slope_text(slope: &FieldSlope) -> String {
+    let by = shown::line(&slope.by);
+    match (slope.slope, slope.sides) {
+        (Some(value), _) if slope.is_unique => format!("    by {by}: {}\n", shown::rounded(value)),
         (Some(_), Some([below, above])) => format!(
             "    by {by}: one-sided, {} below and {} above\n",
             shown::rounded(below),

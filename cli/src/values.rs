@@ -71,7 +71,7 @@ pub fn vector(text: &str) -> Result<[f64; 3], String> {
 }
 
 /// A body and three numbers.
-pub fn of_body(text: &str) -> Result<(String, [f64; 3]), String> {
+pub fn body_vector(text: &str) -> Result<(String, [f64; 3]), String> {
     let (body, numbers) =
         text.rsplit_once('=').ok_or("a body and a vector are needed, body=1,0,0")?;
     Ok((body.trim().to_owned(), vector(numbers)?))

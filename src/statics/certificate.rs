@@ -1,6 +1,5 @@
 //! Certificates of statics, recomputed from forces and velocities alone.
 
-use super::conic::Goal;
 use super::loads::{LoadCase, Twist};
 use super::structure::{ContactRow, Structure};
 use nalgebra::Vector3;
@@ -71,28 +70,6 @@ pub struct MechanismCheck {
     pub holds: bool,
 }
 
-/// Answer of statics.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Verdict {
-    /// Forces balance all bodies: the structure can stand.
-    Equilibrium(ForceState),
-    /// No forces do: the structure must move.
-    None(Mechanism),
-    /// Neither certificate was found.
-    Undecided,
-}
-
-impl Verdict {
-    /// Name of the verdict.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Equilibrium(_) => "equilibrium",
-            Self::None(_) => "none",
-            Self::Undecided => "undecided",
-        }
-    }
-}
-
 impl ContactRow {
     /// Smallest margin of a force and moment in the cones of the contact (N), and the largest violation
     /// that is rounding (N).
@@ -145,36 +122,11 @@ impl ContactRow {
 }
 
 impl Structure {
-    /// Verdict under the loads of the scene.
-    pub fn verdict(&self) -> Verdict {
-        self.verdict_under(&self.loads)
-    }
-
-    /// Verdict under `loads`, which replace those of the scene.
-    pub fn verdict_under(&self, loads: &LoadCase) -> Verdict {
-        for goal in [Goal::LeastForces, Goal::LeastImbalance] {
-            let Some(found) = self.solve(loads, &goal) else { continue };
-            if self.check_forces(&found.forces, loads).holds {
-                return Verdict::Equilibrium(found.forces);
-            }
-            if self.check_mechanism(&found.mechanism, loads).holds {
-                return Verdict::None(self.scaled_to_one(found.mechanism));
-            }
-        }
-        Verdict::Undecided
-    }
-
-    /// Mechanism scaled to a largest speed of 1 m/s.
-    fn scaled_to_one(&self, mechanism: Mechanism) -> Mechanism {
-        let speed = self.speed(&mechanism.velocities);
-        mechanism.times(1.0 / speed)
-    }
-
     /// Largest speed of a body (m/s), with its reach.
     pub(super) fn speed(&self, velocities: &[Twist]) -> f64 {
         let speeds = velocities.iter().zip(&self.reaches);
-        speeds.fold(0.0, |most: f64, (of, reach)| {
-            most.max(of.linear.norm() + of.angular.norm() * reach)
+        speeds.fold(0.0, |most: f64, (twist, reach)| {
+            most.max(twist.linear.norm() + twist.angular.norm() * reach)
         })
     }
 
@@ -303,6 +255,6 @@ impl Mechanism {
     /// The same mechanism at another speed.
     #[must_use]
     pub fn times(&self, factor: f64) -> Self {
-        Self { velocities: self.velocities.iter().map(|of| of.times(factor)).collect() }
+        Self { velocities: self.velocities.iter().map(|twist| twist.times(factor)).collect() }
     }
 }

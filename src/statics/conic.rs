@@ -68,7 +68,7 @@ impl Components {
         for contact in &structure.contacts {
             let normal = all.wrenches.len();
             all.firsts.push(normal);
-            let force = |direction: &Vector3<f64>| structure.of_contact(contact, direction);
+            let force = |direction: &Vector3<f64>| structure.contact_wrenches(contact, direction);
             if let Some(dragged) = contact.dragged {
                 let direction = contact.normal + dragged * contact.friction;
                 all.wrenches.push(force(&direction));
@@ -81,7 +81,7 @@ impl Components {
                     tangents.map(|(tangent, scale)| force(&(tangent * scale))),
                 );
             }
-            let moment = |axis: &Vector3<f64>| structure.of_moment(contact, axis);
+            let moment = |axis: &Vector3<f64>| structure.moment_wrenches(contact, axis);
             let [rolling, torsional] = contact.turning;
             all.add_disc(normal, rolling, contact.tangents.iter().map(moment));
             all.add_disc(normal, torsional, [moment(&contact.normal)].into_iter());
@@ -158,7 +158,7 @@ fn load_of(contact: &ContactRow, x: &[f64]) -> ContactLoad {
 
 impl Structure {
     /// Wrenches on both bodies by a unit force of a contact along `direction`.
-    pub(super) fn of_contact(
+    pub(super) fn contact_wrenches(
         &self,
         contact: &ContactRow,
         direction: &Vector3<f64>,
@@ -172,7 +172,7 @@ impl Structure {
     }
 
     /// Wrenches on both bodies by a unit moment of a contact about `axis`.
-    fn of_moment(&self, contact: &ContactRow, axis: &Vector3<f64>) -> Vec<(usize, Twist)> {
+    fn moment_wrenches(&self, contact: &ContactRow, axis: &Vector3<f64>) -> Vec<(usize, Twist)> {
         let sides = contact.key.bodies().zip([1.0, -1.0]);
         let wrench = |(body, sign): (usize, f64)| {
             (body, Twist { linear: Vector3::zeros(), angular: axis * sign })

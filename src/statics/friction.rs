@@ -10,8 +10,9 @@
 //! and a mechanism at μ is one for all smaller coefficients. The friction of a moving surface
 //! is a load, and (S5) does not hold for it.
 
-use super::certificate::{ForceState, Mechanism, Verdict};
+use super::certificate::{ForceState, Mechanism};
 use super::structure::Structure;
+use super::verdict::Verdict;
 use crate::Error;
 
 /// Relative width of the bracket of the smallest friction.
@@ -137,7 +138,8 @@ impl Structure {
             let allowed = "two numbers from 0 on, the smaller first";
             return Err(Error::OutOfRange { field: "range of friction", value: least, allowed });
         }
-        let moving = self.contacts.iter().enumerate().filter(|(_, of)| of.dragged.is_some());
+        let moving =
+            self.contacts.iter().enumerate().filter(|(_, contact)| contact.dragged.is_some());
         let mut pairs: Vec<_> = moving.map(|(contact, _)| self.pair(contact)).collect();
         pairs.sort_unstable();
         pairs.dedup();

@@ -6,10 +6,11 @@
 //! λ ≤ λ* = −w · y,   because 0 = y · (A f + w + λ w₁) ≥ w · y + λ              (S4)
 //! ```
 
-use super::certificate::{ForceState, Mechanism, Verdict};
+use super::certificate::{ForceState, Mechanism};
 use super::conic::{ConicResult, Goal};
 use super::loads::LoadCase;
 use super::structure::Structure;
+use super::verdict::Verdict;
 use crate::Partner;
 
 /// Factor by which a mechanism is checked above the limit.
@@ -143,7 +144,8 @@ impl Structure {
     pub fn weak_bodies(&self, mechanism: &Mechanism) -> Vec<(usize, f64)> {
         let most = self.speed(&mechanism.velocities);
         let speeds = mechanism.velocities.iter().zip(&self.reaches);
-        let parts = speeds.map(|(of, reach)| (of.linear.norm() + of.angular.norm() * reach) / most);
+        let parts = speeds
+            .map(|(twist, reach)| (twist.linear.norm() + twist.angular.norm() * reach) / most);
         let mut bodies: Vec<_> = parts.enumerate().filter(|(_, part)| *part > 1e-6).collect();
         bodies.sort_by(|a, b| b.1.total_cmp(&a.1));
         bodies

@@ -57,12 +57,12 @@ impl LoadCase {
     /// # Errors
     /// [`Error::Count`] if the body does not exist.
     pub fn push(
-        of: &Structure,
+        structure: &Structure,
         body: usize,
         force: Vector3<f64>,
         point: Vector3<f64>,
     ) -> Result<Self, Error> {
-        let mut case = Self::none(of.masses.len());
+        let mut case = Self::none(structure.masses.len());
         let missing = Error::Count { field: "body", count: body, allowed: "an index of a body" };
         *case.wrenches.get_mut(body).ok_or(missing)? = Twist::at(&point, &force);
         Ok(case)
@@ -73,14 +73,14 @@ impl LoadCase {
     ///
     /// # Errors
     /// [`Error::Count`] if the body does not exist.
-    pub fn mass(of: &Structure, body: usize, point: Vector3<f64>) -> Result<Self, Error> {
-        Self::push(of, body, of.gravity, point)
+    pub fn mass(structure: &Structure, body: usize, point: Vector3<f64>) -> Result<Self, Error> {
+        Self::push(structure, body, structure.gravity, point)
     }
 
     /// An `acceleration` (m/s²) of the base, as the forces −m a on all bodies.
-    pub fn base(of: &Structure, acceleration: Vector3<f64>) -> Self {
+    pub fn base(structure: &Structure, acceleration: Vector3<f64>) -> Self {
         let force = |mass: &f64| Twist { linear: acceleration * -*mass, angular: Vector3::zeros() };
-        Self { wrenches: of.masses.iter().map(force).collect(), per_mass: -acceleration }
+        Self { wrenches: structure.masses.iter().map(force).collect(), per_mass: -acceleration }
     }
 
     /// Gravity that is tilted about a horizontal `axis`, by the angle whose tangent is the factor. The
@@ -90,19 +90,19 @@ impl LoadCase {
     /// # Errors
     /// [`Error::Unsupported`] if other loads or bounded forces of joints act, without gravity, or for an
     /// axis that is not horizontal.
-    pub fn tilt(of: &Structure, axis: Vector3<f64>) -> Result<Self, Error> {
+    pub fn tilt(structure: &Structure, axis: Vector3<f64>) -> Result<Self, Error> {
         let refuse = |why| Err(Error::Unsupported { what: "tilt of gravity", why });
-        if of.has_other_loads {
+        if structure.has_other_loads {
             return refuse(
                 "gravity must be the only load; joints may not have forces of limited size",
             );
         }
         let Some(axis) = axis.try_normalize(0.0) else { return refuse("its axis is zero") };
-        let across = axis.cross(&of.gravity);
-        if across.norm() < (1.0 - 1e-9) * of.gravity.norm() || across == Vector3::zeros() {
+        let across = axis.cross(&structure.gravity);
+        if across.norm() < (1.0 - 1e-9) * structure.gravity.norm() || across == Vector3::zeros() {
             return refuse("its axis must be horizontal, and gravity not zero");
         }
-        Ok(Self::base(of, -across))
+        Ok(Self::base(structure, -across))
     }
 
     /// Sum of these loads and `factor` times others.

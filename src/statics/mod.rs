@@ -43,11 +43,13 @@ mod limit;
 mod loads;
 mod slopes;
 mod structure;
+mod verdict;
 
 pub use at_rest::FromRest;
-pub use certificate::{ForceCheck, ForceState, Mechanism, MechanismCheck, Verdict};
+pub use certificate::{ForceCheck, ForceState, Mechanism, MechanismCheck};
 pub use friction::FrictionLimit;
 pub use limit::{Limit, WeakSpot};
 pub use loads::{LoadCase, Twist};
 pub use slopes::Slope;
 pub use structure::{AxisRow, ContactRow, Structure};
+pub use verdict::Verdict;

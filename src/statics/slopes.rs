@@ -52,7 +52,9 @@ impl Structure {
     /// `None` without a limit, or if the contacts are not the same ones.
     pub fn change_of_factor(&self, limit: &Limit, changed: &Self, case: &LoadCase) -> Option<f64> {
         let (factor, forces, mechanism) = limit.both()?;
-        let counts = |of: &Self| [of.contacts.len(), of.axes.len(), of.masses.len()];
+        let counts = |structure: &Self| {
+            [structure.contacts.len(), structure.axes.len(), structure.masses.len()]
+        };
         if counts(self) != counts(changed) || case.wrenches.len() != self.masses.len() {
             return None;
         }
@@ -92,7 +94,7 @@ impl Structure {
     pub fn mass_slopes(&self, limit: &Limit, case: &LoadCase) -> Vec<f64> {
         let Some((factor, _, mechanism)) = limit.both() else { return Vec::new() };
         let per_mass = self.gravity + case.per_mass * factor;
-        mechanism.velocities.iter().map(|of: &Twist| -per_mass.dot(&of.linear)).collect()
+        mechanism.velocities.iter().map(|twist: &Twist| -per_mass.dot(&twist.linear)).collect()
     }
 
     /// Derivative of the largest factor by a number p, with the structure and load case that `at` makes
@@ -104,7 +106,7 @@ impl Structure {
         let limit = here.0.largest_factor(&here.1);
         let change = |to: &(Self, LoadCase)| here.0.change_of_factor(&limit, &to.0, &to.1);
         let value = (change(&above)? - change(&below)?) / (2.0 * step);
-        let factor = |of: &(Self, LoadCase)| of.0.largest_factor(&of.1).factor();
+        let factor = |made: &(Self, LoadCase)| made.0.largest_factor(&made.1).factor();
         let middle = limit.factor()?;
         let sides = [(middle - factor(&below)?) / step, (factor(&above)? - middle) / step];
         let size = sides[0].abs().max(sides[1].abs()).max(value.abs());

@@ -28,7 +28,7 @@ pub struct StandsArgs {
 #[derive(Debug, Args)]
 pub struct AskedArgs {
     /// Find the largest factor on this force on a body, N: --push brick=1,0,0.
-    #[arg(long, value_name = "BODY=X,Y,Z", value_parser = values::of_body, group = "load")]
+    #[arg(long, value_name = "BODY=X,Y,Z", value_parser = values::body_vector, group = "load")]
     push: Option<BodyVector>,
     /// Find the largest mass on a body, kg.
     #[arg(long, value_name = "BODY", group = "load")]
@@ -57,7 +57,7 @@ pub struct AskedArgs {
     /// Derivative of the largest factor by a translation of a body along X,Y,Z, per metre.
     ///
     /// Can be repeated.
-    #[arg(long = "move", value_name = "BODY=X,Y,Z", value_parser = values::of_body, requires = "load",
+    #[arg(long = "move", value_name = "BODY=X,Y,Z", value_parser = values::body_vector, requires = "load",
         conflicts_with = "friction")]
     moved: Vec<BodyVector>,
 }

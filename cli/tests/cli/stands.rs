@@ -37,7 +37,7 @@ fn a_tower_stands_up_to_its_limit() {
     assert!((number("/limit/factor") - 0.5 * 9.81).abs() < 1e-5);
     assert!((number("/limit/slopes/0/slope") - 9.81).abs() < 1e-3);
     assert_eq!(answer["limit"]["slopes"][0]["is_unique"], true);
-    assert_eq!(answer["limit"]["weak"][0]["between"], serde_json::json!(["high", "low"]));
+    assert_eq!(answer["limit"]["weak"][0]["between"], serde_json::json!(["low", "high"]));
     let end = stands(here, &["--base", "1,0,0", "--friction", "0.2..0.5"]);
     assert_eq!(end.code, Some(0), "{end:?}");
     assert!(end.stdout.contains("the worst of 0.2 to 0.5"), "{}", end.stdout);

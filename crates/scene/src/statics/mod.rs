@@ -144,7 +144,7 @@ pub fn answer(
             .worst_friction(least, most)
             .map_err(|error| Failure::setting("friction", error))?,
     };
-    let verdicts = worst.iter().map(|of| (of, of.verdict()));
+    let verdicts = worst.iter().map(|structure| (structure, structure.verdict()));
     let rank = |verdict: &Verdict| match verdict {
         Verdict::None(_) => 0,
         Verdict::Undecided => 1,
@@ -159,9 +159,9 @@ pub fn answer(
     report.friction = question.friction;
     if let Some(load) = &question.load {
         let mut limits = Vec::new();
-        for of in &worst {
-            let case = load.case(scene, of)?;
-            limits.push((of, of.largest_factor(&case), case));
+        for structure in &worst {
+            let case = load.case(scene, structure)?;
+            limits.push((structure, structure.largest_factor(&case), case));
         }
         let height = |limit: &Limit| match limit {
             Limit::Never(_) => f64::NEG_INFINITY,
@@ -170,8 +170,8 @@ pub fn answer(
             Limit::Unlimited(_) => f64::INFINITY,
         };
         let lowest = limits.iter().min_by(|a, b| height(&a.1).total_cmp(&height(&b.1)));
-        if let Some((of, limit, case)) = lowest {
-            let mut found = LimitReport::new(scene, of, load.name(), limit, case);
+        if let Some((structure, limit, case)) = lowest {
+            let mut found = LimitReport::new(scene, structure, load.name(), limit, case);
             for by in &question.slopes {
                 found.slopes.push(slope(scene, load, by, with)?);
             }
@@ -191,7 +191,7 @@ fn slope(
     by: &By,
     with: &dyn Fn(FieldOverride) -> Result<Scene, Failure>,
 ) -> Result<FieldSlope, Failure> {
-    let of = |scene: &Scene, states: &[tumble::State]| {
+    let made = |scene: &Scene, states: &[tumble::State]| {
         let structure = scene.at_rest_from(states)?.0;
         let case = load.case(scene, &structure)?;
         Ok::<_, Failure>((structure, case))
@@ -204,7 +204,7 @@ fn slope(
             set(*value)?;
             let at = |value: f64| {
                 let scene = set(value).ok()?;
-                of(&scene, &scene.starts).ok()
+                made(&scene, &scene.starts).ok()
             };
             (field.clone(), Structure::slope(at, *value, STEP * value.abs().max(STEP)))
         }
@@ -213,7 +213,7 @@ fn slope(
             let at = |way: f64| {
                 let mut states = scene.starts.clone();
                 states[body].position += Vector3::from(*direction) * way;
-                of(scene, &states).ok()
+                made(scene, &states).ok()
             };
             (format!("move {name}"), Structure::slope(at, 0.0, STEP * scene.world.reach()))
         }

@@ -182,8 +182,8 @@ pub struct FrictionReport {
 }
 
 impl From<ForceCheck> for ForceReport {
-    fn from(of: ForceCheck) -> Self {
-        let ForceCheck { imbalance, loads, cone_margin, holds, .. } = of;
+    fn from(check: ForceCheck) -> Self {
+        let ForceCheck { imbalance, loads, cone_margin, holds, .. } = check;
         Self {
             imbalance,
             loads,
@@ -194,8 +194,8 @@ impl From<ForceCheck> for ForceReport {
 }
 
 impl From<MechanismCheck> for MechanismReport {
-    fn from(of: MechanismCheck) -> Self {
-        let MechanismCheck { power, violation, excluded, holds, .. } = of;
+    fn from(check: MechanismCheck) -> Self {
+        let MechanismCheck { power, violation, excluded, holds, .. } = check;
         Self { power, violation, excluded: excluded.is_finite().then_some(excluded), holds }
     }
 }
@@ -207,10 +207,10 @@ fn between(scene: &Scene, (body, partner): (usize, Partner)) -> [String; 2] {
 
 fn motions(scene: &Scene, mechanism: &Mechanism) -> Vec<BodyMotion> {
     let bodies = scene.bodies.iter().zip(&mechanism.velocities);
-    let motion = |(body, of): (&String, &tumble::statics::Twist)| BodyMotion {
+    let motion = |(body, twist): (&String, &tumble::statics::Twist)| BodyMotion {
         body: body.clone(),
-        velocity: of.linear.into(),
-        angular_velocity: of.angular.into(),
+        velocity: twist.linear.into(),
+        angular_velocity: twist.angular.into(),
     };
     bodies.map(motion).collect()
 }
@@ -243,14 +243,15 @@ impl Report {
             verdict: verdict.name(),
             stands: forces.is_some(),
             bodies: scene.bodies.len(),
-            force_check: forces.map(|of| structure.check_forces(of, loads).into()),
-            mechanism_check: mechanism.map(|of| structure.check_mechanism(of, loads).into()),
+            force_check: forces.map(|forces| structure.check_forces(forces, loads).into()),
+            mechanism_check: mechanism
+                .map(|mechanism| structure.check_mechanism(mechanism, loads).into()),
             contacts: structure.contacts().iter().enumerate().map(contact).collect(),
-            mechanism: mechanism.map_or_else(Vec::new, |of| motions(scene, of)),
-            simulator: from_rest.map(|of| SimulatorReport {
-                moves: of.moves,
-                speed: of.speed,
-                status: of.status.to_string(),
+            mechanism: mechanism.map_or_else(Vec::new, |mechanism| motions(scene, mechanism)),
+            simulator: from_rest.map(|step| SimulatorReport {
+                moves: step.moves,
+                speed: step.speed,
+                status: step.status.to_string(),
             }),
             friction: None,
             limit: None,
@@ -326,19 +327,19 @@ impl FieldSlope {
     pub(super) fn new(by: String, slope: Option<Slope>) -> Self {
         Self {
             by,
-            slope: slope.map(|of| of.value),
-            sides: slope.map(|of| of.sides),
-            is_unique: slope.is_some_and(|of| of.is_unique),
+            slope: slope.map(|found| found.value),
+            sides: slope.map(|found| found.sides),
+            is_unique: slope.is_some_and(|found| found.is_unique),
         }
     }
 }
 
 impl FrictionReport {
-    pub(super) fn new(of: &FrictionLimit) -> Self {
-        let lower = match of {
+    pub(super) fn new(limit: &FrictionLimit) -> Self {
+        let lower = match limit {
             FrictionLimit::Factor { lower, .. } => Some(*lower),
             _ => None,
         };
-        Self { result: of.name(), factor: of.factor(), lower }
+        Self { result: limit.name(), factor: limit.factor(), lower }
     }
 }
