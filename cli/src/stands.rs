@@ -41,8 +41,8 @@ fn described(report: &Report) -> String {
         }
         _ => format!("{name}: undecided, neither forces nor a mechanism were found\n"),
     };
-    let (bodies, contacts) = (report.bodies, report.contacts.len());
-    let _ = writeln!(text, "  bodies       {bodies}, {contacts} contacts");
+    let contacts = report.contacts.len();
+    let _ = writeln!(text, "  bodies       {}, {contacts} contacts", report.bodies);
     if let Some([low, high]) = report.friction {
         let _ = writeln!(text, "  friction     the worst of {low} to {high}");
     }

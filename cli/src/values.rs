@@ -86,9 +86,9 @@ pub fn field(text: &str) -> Result<(String, f64), String> {
 /// Range of two numbers.
 pub fn range(text: &str) -> Result<[f64; 2], String> {
     let (low, high) = text.split_once("..").ok_or("two numbers are needed, 0.3..0.5")?;
-    let (low, high) = (number(low)?, number(high)?);
-    if (0.0..=high).contains(&low) {
-        Ok([low, high])
+    let range = [number(low)?, number(high)?];
+    if (0.0..=range[1]).contains(&range[0]) {
+        Ok(range)
     } else {
         Err("two numbers from 0 on are needed, the smaller first: 0.3..0.5".to_owned())
     }

@@ -237,7 +237,8 @@ impl Structure {
     /// Least power of the bounded forces of axes with these velocities (W), and the largest speed at which
     /// an unbounded force acts.
     pub(super) fn work_of_axes(&self, velocities: &[Twist]) -> (f64, f64) {
-        let (mut work, mut locked) = (0.0, 0.0_f64);
+        let mut work = 0.0;
+        let mut locked = 0.0_f64;
         for axis in &self.axes {
             let rate: f64 = axis.on.iter().map(|(body, on)| on.dot(&velocities[*body])).sum();
             let end = axis.range[usize::from(rate < 0.0)];

@@ -192,7 +192,7 @@ impl Structure {
         let case_unit = case.map_or(1.0, |case| positive(self.size(case), 1.0));
         let unit = positive(self.size(loads), case_unit);
 
-        // First row of each free body.
+        // Six rows of balance for each free body, from its first row on.
         let mut rows = 0;
         let firsts: Vec<Option<usize>> = self
             .held
@@ -209,6 +209,7 @@ impl Structure {
             let entries = twist.linear.iter().chain(angular.iter()).copied().collect::<Vec<_>>();
             Some((first, entries))
         };
+        // A column for each component of a force, and one for the factor.
         let mut columns: Vec<Vec<(usize, f64)>> = Vec::with_capacity(count + 1);
         let add = |column: &mut Vec<(usize, f64)>, body: usize, twist: &Twist, unit: f64| {
             if let Some((first, entries)) = scaled(body, twist) {
@@ -274,7 +275,8 @@ impl Structure {
         let mut solver =
             DefaultSolver::new(&quadratic, &linear, &matrix, &right, &cones, settings).ok()?;
         solver.solve();
-        let (x, z) = (&solver.solution.x, &solver.solution.z);
+        let x = &solver.solution.x;
+        let z = &solver.solution.z;
         let forces: Vec<f64> = x[..count].iter().map(|x| x * unit).collect();
         let factor = case.map_or(0.0, |_| x[count] * unit / case_unit);
         let velocity = |(first, reach): (&Option<usize>, &f64)| {
@@ -331,7 +333,9 @@ impl Components {
 
 /// Compressed matrix of `rows` rows from its columns.
 fn compressed(rows: usize, columns: &mut [Vec<(usize, f64)>]) -> CscMatrix<f64> {
-    let (mut starts, mut places, mut values) = (vec![0], Vec::new(), Vec::new());
+    let mut starts = vec![0];
+    let mut places = Vec::new();
+    let mut values = Vec::new();
     for column in columns.iter_mut() {
         column.sort_unstable_by_key(|(row, _)| *row);
         places.extend(column.iter().map(|(row, _)| *row));

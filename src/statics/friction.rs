@@ -90,7 +90,8 @@ impl Bracket {
     /// stays at its last certificate.
     fn narrow(&mut self, structure: &Structure, missing: bool) {
         let (Some((most, _)), Some((least, _))) = (&self.forces, &self.mechanism) else { return };
-        let (mut low, mut high) = (*least, *most);
+        let mut low = *least;
+        let mut high = *most;
         while high - low > WIDTH * high {
             let middle = 0.5 * (low + high);
             let stands = self.try_factor(structure, middle).unwrap_or(missing);

@@ -152,6 +152,9 @@ impl Structure {
     }
 
     /// Pair of objects of a contact: the body with the smaller index first.
+    ///
+    /// # Panics
+    /// If the contact does not exist.
     pub fn pair(&self, contact: usize) -> (usize, Partner) {
         let key = &self.contacts[contact].key;
         match key.partner {

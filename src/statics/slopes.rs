@@ -37,21 +37,19 @@ pub struct Slope {
     pub is_unique: bool,
 }
 
-impl Limit {
-    /// Factor, forces and mechanism.
-    fn both(&self) -> Option<(f64, &ForceState, &Mechanism)> {
-        match self {
-            Self::Factor { lower, forces, mechanism, .. } => Some((*lower, forces, mechanism)),
-            _ => None,
-        }
-    }
-}
-
 impl Structure {
+    /// Factor, forces and mechanism of a limit of this structure.
+    fn certificates<'a>(&self, limit: &'a Limit) -> Option<(f64, &'a ForceState, &'a Mechanism)> {
+        let Limit::Factor { lower, forces, mechanism, .. } = limit else { return None };
+        let sizes = [forces.contacts.len(), forces.axes.len(), mechanism.velocities.len()];
+        let own = [self.contacts.len(), self.axes.len(), self.masses.len()];
+        (sizes == own).then_some((*lower, forces, mechanism))
+    }
+
     /// Change of the largest factor to first order (S6), if the structure and its load case change to these.
     /// `None` without a limit, or if the contacts are not the same ones.
     pub fn change_of_factor(&self, limit: &Limit, changed: &Self, case: &LoadCase) -> Option<f64> {
-        let (factor, forces, mechanism) = limit.both()?;
+        let (factor, forces, mechanism) = self.certificates(limit)?;
         let counts = |structure: &Self| {
             [structure.contacts.len(), structure.axes.len(), structure.masses.len()]
         };
@@ -77,7 +75,7 @@ impl Structure {
     /// Derivatives of the largest factor by the coefficient of friction of each pair (S6), the largest first.
     /// All contacts of a pair change together. They are not negative, except for moving surfaces.
     pub fn friction_slopes(&self, limit: &Limit) -> Vec<((usize, Partner), f64)> {
-        let Some((_, forces, mechanism)) = limit.both() else { return Vec::new() };
+        let Some((_, forces, mechanism)) = self.certificates(limit) else { return Vec::new() };
         let mut slopes = std::collections::BTreeMap::new();
         for (index, (contact, load)) in self.contacts.iter().zip(&forces.contacts).enumerate() {
             let pressing = contact.normal.dot(&load.force);
@@ -92,7 +90,7 @@ impl Structure {
 
     /// Derivative of the largest factor of `case` by the mass of each body (1/kg), at the same centre of mass.
     pub fn mass_slopes(&self, limit: &Limit, case: &LoadCase) -> Vec<f64> {
-        let Some((factor, _, mechanism)) = limit.both() else { return Vec::new() };
+        let Some((factor, _, mechanism)) = self.certificates(limit) else { return Vec::new() };
         let per_mass = self.gravity + case.per_mass * factor;
         mechanism.velocities.iter().map(|twist: &Twist| -per_mass.dot(&twist.linear)).collect()
     }
@@ -101,8 +99,9 @@ impl Structure {
     /// of p, and both difference quotients over `step`. `None` if a limit is missing, or if the
     /// contacts differ.
     pub fn slope(at: impl Fn(f64) -> Option<(Self, LoadCase)>, p: f64, step: f64) -> Option<Slope> {
-        let [below, here, above] = [p - step, p, p + step].map(at);
-        let (below, here, above) = (below?, here?, above?);
+        let below = at(p - step)?;
+        let here = at(p)?;
+        let above = at(p + step)?;
         let limit = here.0.largest_factor(&here.1);
         let change = |to: &(Self, LoadCase)| here.0.change_of_factor(&limit, &to.0, &to.1);
         let value = (change(&above)? - change(&below)?) / (2.0 * step);

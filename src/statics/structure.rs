@@ -110,6 +110,9 @@ impl Structure {
     ///
     /// # Errors
     /// [`Error::Count`] without one state for each body, or for a wrench or contact of another body.
+    ///
+    /// # Panics
+    /// If a contact has a fixed piece that the world does not have.
     pub fn new(
         world: &World,
         states: &[State],
@@ -227,16 +230,16 @@ fn axes(world: &World, states: &[State]) -> Vec<AxisRow> {
     let mut rows = Vec::new();
     for (index, joint) in world.joints().iter().enumerate() {
         let Some(at) = joint.coordinates(states) else { continue };
-        for k in 0..3 {
-            let along = (JointAxis::Linear(k), &joint.linear()[k], at.place[k]);
-            let about = (JointAxis::Angular(k), &joint.angular()[k], angles[index][k]);
-            for (axis, law, coordinate) in [along, about] {
-                let is_cone = joint.turning() == TurnKind::Ball && axis == JointAxis::Angular(0);
-                let range = range_at_rest(law, coordinate, is_cone);
-                let on = wrenches(joint, states, axis);
-                if range != [0.0; 2] && !on.is_empty() {
-                    rows.push(AxisRow { joint: Some((index, axis)), gear: None, on, range });
-                }
+        let along = joint.linear().iter().zip(&at.place).enumerate();
+        let along = along.map(|(k, (law, place))| (JointAxis::Linear(k), law, *place));
+        let about = joint.angular().iter().zip(&angles[index]).enumerate();
+        let about = about.map(|(k, (law, angle))| (JointAxis::Angular(k), law, *angle));
+        for (axis, law, coordinate) in along.chain(about) {
+            let is_cone = joint.turning() == TurnKind::Ball && axis == JointAxis::Angular(0);
+            let range = range_at_rest(law, coordinate, is_cone);
+            let on = wrenches(joint, states, axis);
+            if range != [0.0; 2] && !on.is_empty() {
+                rows.push(AxisRow { joint: Some((index, axis)), gear: None, on, range });
             }
         }
     }
@@ -261,7 +264,8 @@ fn wrenches(joint: &Joint, states: &[State], axis: JointAxis) -> Vec<(usize, Twi
     let Some(on) = joint.wrenches(states, axis, 1.0) else { return Vec::new() };
     let bodies = [Some(joint.body()), joint.other()].into_iter().zip(on);
     let placed = bodies.filter_map(|(body, wrench)| {
-        let (body, pose) = (body?, states[body?].pose());
+        let body = body?;
+        let pose = states[body].pose();
         let twist = Twist { linear: wrench.force, angular: pose.rotation * wrench.torque };
         (wrench != Wrench::zero()).then_some((body, twist))
     });

@@ -35,6 +35,9 @@ impl Structure {
 
     /// Verdict under `loads`, which replace those of the scene.
     pub fn verdict_under(&self, loads: &LoadCase) -> Verdict {
+        if loads.wrenches.len() != self.masses.len() {
+            return Verdict::Undecided;
+        }
         for goal in [Goal::LeastForces, Goal::LeastImbalance] {
             let Some(found) = self.solve(loads, &goal) else { continue };
             if self.check_forces(&found.forces, loads).holds {

@@ -87,7 +87,7 @@ struct Counts {
 #[test]
 fn random_assemblies_move_in_the_simulator_where_statics_says_so() {
     let mut counts = Counts::default();
-    for seed in 0..sizes::size(40, 500) {
+    for seed in 0..sizes::size(16, 500) {
         let mut draw = WideDraw::wide(seed as u64);
         let scene = assembly(&mut draw);
         let structure = scene.structure();

@@ -22,6 +22,9 @@ fn slopes_of_a_sliding_block_by_friction_and_mass() {
     assert!(structure.mass_slopes(&limit, &base)[0].abs() < 1e-6);
 }
 
+/// Structure and load case of a number.
+type Maker = Box<dyn Fn(f64) -> Option<(Structure, LoadCase)>>;
+
 /// Push on a block on a block, on the ground.
 fn tower(half: f64, mass: f64, shift: f64, friction: f64) -> Option<(Structure, LoadCase)> {
     let mut scene = Scene::new(friction);
@@ -35,7 +38,7 @@ fn tower(half: f64, mass: f64, shift: f64, friction: f64) -> Option<(Structure, 
 #[test]
 fn slopes_by_sizes_positions_masses_and_friction_agree_with_differences() {
     // The upper block tips: F (0.3 m) = m g a.
-    let checks: [(&str, Box<dyn Fn(f64) -> Option<(Structure, LoadCase)>>, f64, f64); 4] = [
+    let checks: [(&str, Maker, f64, f64); 4] = [
         ("size", Box::new(|half| tower(half, 1.0, 0.0, 0.9)), 0.1, GRAVITY / 0.3),
         ("mass", Box::new(|mass| tower(0.1, mass, 0.0, 0.9)), 1.0, GRAVITY * 0.1 / 0.3),
         // At the edge of the lower block the lever becomes shorter.

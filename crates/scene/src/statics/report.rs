@@ -4,7 +4,7 @@ use crate::scene::Scene;
 use serde::Serialize;
 use tumble::statics::{
     ForceCheck, ForceState, FrictionLimit, FromRest, Limit, LoadCase, Mechanism, MechanismCheck,
-    Slope, Structure, Verdict,
+    Slope, Structure, Verdict, WeakSpot,
 };
 use tumble_core::contact::Partner;
 use tumble_model::failure::Failure;
@@ -309,7 +309,7 @@ impl LimitReport {
         for spot in structure.weak_contacts(mechanism) {
             let between = between(scene, structure.pair(spot.contact));
             if report.weak.iter().all(|known| known.between != between) {
-                let (part, opening) = (spot.part, spot.opening);
+                let WeakSpot { part, opening, .. } = spot;
                 report.weak.push(WeakPair { between, part, opening });
             }
         }
