@@ -118,7 +118,7 @@ fn limit_text(limit: &LimitReport) -> String {
     };
     let shown_factor = match name {
         "mass" => format!("{} kg", shown::number(factor)),
-        "tilt" => format!("{} rad", shown::number(factor.atan())),
+        "tilt" => format!("a slope of {}", shown::number(factor)),
         _ => format!("{} times", shown::number(factor)),
     };
     let mut text = format!("  {name:<12} up to {shown_factor}\n");

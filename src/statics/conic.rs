@@ -203,6 +203,12 @@ impl Structure {
                 first
             })
             .collect();
+        if rows == 0 {
+            // All bodies are held; Clarabel needs a row.
+            let forces = components.forces(self, &vec![0.0; count]);
+            let velocities = vec![Twist::ZERO; self.held.len()];
+            return Some(ConicResult { forces, factor: 0.0, mechanism: Mechanism { velocities } });
+        }
         let scaled = |body: usize, twist: &Twist| {
             let first = firsts[body]?;
             let angular = twist.angular / self.reaches[body];
@@ -338,6 +344,12 @@ fn compressed(rows: usize, columns: &mut [Vec<(usize, f64)>]) -> CscMatrix<f64> 
     let mut values = Vec::new();
     for column in columns.iter_mut() {
         column.sort_unstable_by_key(|(row, _)| *row);
+        // A gear may act on a body through both of its joints.
+        column.dedup_by(|next, kept| {
+            let is_same = next.0 == kept.0;
+            kept.1 += if is_same { next.1 } else { 0.0 };
+            is_same
+        });
         places.extend(column.iter().map(|(row, _)| *row));
         values.extend(column.iter().map(|(_, value)| *value));
         starts.push(places.len());

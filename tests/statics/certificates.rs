@@ -86,4 +86,9 @@ fn held_bodies_do_not_move_in_a_mechanism() {
     assert!(structure.check_mechanism(&mechanism, structure.loads()).holds);
     mechanism.velocities[0].linear.z = -0.1;
     assert!(!structure.check_mechanism(&mechanism, structure.loads()).holds);
+    let world = world.with_held(1, true).unwrap();
+    let structure = Structure::at_rest(&world, &scene.states, &[]).unwrap().0;
+    assert!(matches!(structure.verdict(), Verdict::Equilibrium(_)));
+    let push = LoadCase::push(&structure, 0, Vector3::x(), Vector3::zeros()).unwrap();
+    assert!(matches!(structure.largest_factor(&push), Limit::Unlimited(_)));
 }

@@ -3,7 +3,7 @@
 use super::{GRAVITY, Scene, assert_close};
 use nalgebra::Vector3;
 use tumble::statics::{LoadCase, Structure, Verdict};
-use tumble::{Drive, Joint, JointFrame, Motor};
+use tumble::{Drive, Gear, GearAxis, Joint, JointFrame, Motor};
 
 /// Slide of a body in the world along `axis`, with a constant force along it.
 pub fn slide(body: usize, place: &Vector3<f64>, axis: &Vector3<f64>, force: f64) -> Joint {
@@ -61,4 +61,33 @@ fn a_lever_is_held_by_friction_a_motor_or_a_stop() {
         lever(Drive { limits: Some([-0.1, 1.0]), ..stopped }).verdict(),
         Verdict::None(_)
     ));
+}
+
+#[test]
+fn a_gear_balances_two_links_that_share_a_body() {
+    // A level link on a hinge of the world, and one on its end, of 1 kg and 2 m each. Gravity does the
+    // work −m g (4 dq₁ + dq₂), which vanishes for q₁ = −q₂/4.
+    let chain = |ratio: f64| {
+        let mut scene = Scene::new(0.5);
+        scene.has_ground = false;
+        for x in [1.0, 3.0] {
+            scene.add_box(1.0, [1.0, 0.05, 0.05], [x, 0.0, 0.0]);
+        }
+        let frames = |places: [f64; 2]| {
+            places.map(|x| JointFrame::along(Vector3::x() * x, -Vector3::y()).unwrap())
+        };
+        let rubbing = Drive { friction: 6.0, ..Drive::NONE };
+        let first = Joint::revolute(0, None, frames([-1.0, 0.0]), rubbing);
+        let second = Joint::revolute(1, Some(0), frames([-1.0, 1.0]), Drive::NONE);
+        let gear = Gear::new(GearAxis::new(0, 5), GearAxis::new(1, 5), ratio, 0.0);
+        let world = scene.world().with_joints(vec![first, second]).unwrap();
+        let world = world.with_gears(vec![gear]).unwrap();
+        Structure::at_rest(&world, &scene.states, &[]).unwrap().0
+    };
+    assert!(matches!(chain(-0.5).verdict(), Verdict::None(_)));
+    let structure = chain(-0.25);
+    let end = Vector3::new(1.0, 0.0, 0.0);
+    let case = LoadCase::push(&structure, 0, -Vector3::z(), end).unwrap();
+    // Friction of the first hinge carries F (2 m).
+    assert_close(structure.largest_factor(&case).factor().unwrap(), 3.0, 1e-6);
 }
