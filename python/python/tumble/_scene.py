@@ -337,21 +337,23 @@ class Scene(Queries):
         coefficients of friction, ``friction`` for the worst case of a range, and ``move`` for derivatives
         of the factor by translations of bodies along vectors. Velocities count as zero (docs/statics.md).
         """
-        loads = [("push", push), ("mass", mass), ("tilt", tilt), ("base", base)]
-        given = [(kind, load) for kind, load in loads if load is not None]
-        if len(given) > 1:
-            raise TumbleError(f"{given[1][0]}: {given[0][0]} is given too; ask for one load at a time")
-        asked = None
-        if given:
-            kind, load = given[0]
-            body = load[0] if kind == "push" else load if kind == "mass" else ""
-            along = load[1] if kind == "push" else (0.0, 0.0, 0.0) if kind == "mass" else load
-            asked = (kind, str(body), vector(kind, along), vector("at", at))
-        elif move:
+        place = vector("at", at)
+        loads = []
+        if push is not None:
+            loads.append(("push", push[0], vector("push", push[1]), place))
+        if mass is not None:
+            loads.append(("mass", mass, [0.0, 0.0, 0.0], place))
+        if tilt is not None:
+            loads.append(("tilt", "", vector("tilt", tilt), place))
+        if base is not None:
+            loads.append(("base", "", vector("base", base), place))
+        if len(loads) > 1:
+            raise TumbleError(f"{loads[1][0]}: {loads[0][0]} is given too; ask for one load at a time")
+        if move and not loads:
             raise TumbleError("move: a load is needed, whose largest factor has derivatives")
         moves = [(str(body), vector("move", along)) for body, along in (move or {}).items()]
         low_high = None if friction is None else [float(end) for end in friction]
-        return Statics(json.loads(self._core.stands(asked, least_friction, low_high, moves)))
+        return Statics(json.loads(self._core.stands(loads[0] if loads else None, least_friction, low_high, moves)))
 
     def jacobian(
         self,
