@@ -102,6 +102,8 @@ pub mod ipopt;
 pub mod solver;
 #[cfg(feature = "program")]
 pub mod sparsity;
+#[cfg(feature = "statics")]
+pub mod statics;
 #[cfg(feature = "program")]
 pub mod step_nlp;
 

@@ -34,6 +34,7 @@ mod scenario;
 mod scene;
 mod signals;
 mod simulate;
+mod stands;
 mod table_file;
 mod usage;
 mod values;
@@ -64,6 +65,7 @@ fn run() -> Result<Outcome, Failure> {
         Some(Command::Run(args)) => simulate::run(&args),
         Some(Command::New(args)) => new_scene::run(&args),
         Some(Command::Check(args)) => check::run(&args),
+        Some(Command::Stands(args)) => stands::run(&args),
         Some(Command::Verify(args)) => verify::run(&args),
         Some(Command::Convert(args)) => convert::run(&args),
         Some(Command::Gif(args)) => gif::run(&args),

@@ -4,6 +4,7 @@ use super::args::SetupArgs;
 use super::outcome::Failure;
 use super::{input, scenario};
 use tumble_scene::choices::SceneName;
+use tumble_scene::overrides::FieldOverride;
 use tumble_scene::run_file;
 pub use tumble_scene::scene::Scene;
 use tumble_scene::solver_choice::unsuitable;
@@ -14,7 +15,12 @@ const MANY_POINTS: usize = 100;
 
 /// Creates and checks the scene.
 pub fn from_args(args: &SetupArgs) -> Result<Scene, Failure> {
-    let overrides = args.overrides();
+    from_fields(args, &[])
+}
+
+/// Creates and checks the scene with more fields, which are set last.
+pub fn from_fields(args: &SetupArgs, more: &[FieldOverride]) -> Result<Scene, Failure> {
+    let overrides = [&args.overrides()[..], more].concat();
     let scene = match args.scene.path() {
         None => {
             let name = args.scene.tutorial.unwrap_or(SceneName::Drop);

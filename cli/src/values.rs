@@ -64,6 +64,36 @@ pub fn view(text: &str) -> Result<View, String> {
     }
 }
 
+/// Three numbers.
+pub fn vector(text: &str) -> Result<[f64; 3], String> {
+    let three = numbers(text).and_then(|numbers| numbers.try_into().ok());
+    three.ok_or_else(|| "three numbers joined by commas are needed".to_owned())
+}
+
+/// A body and three numbers.
+pub fn body_vector(text: &str) -> Result<(String, [f64; 3]), String> {
+    let (body, numbers) =
+        text.rsplit_once('=').ok_or("a body and a vector are needed, body=1,0,0")?;
+    Ok((body.trim().to_owned(), vector(numbers)?))
+}
+
+/// A field and a number.
+pub fn field(text: &str) -> Result<(String, f64), String> {
+    let (field, value) = text.split_once('=').ok_or("a field and its value are needed, field=1")?;
+    Ok((field.trim().to_owned(), number(value)?))
+}
+
+/// Range of two numbers.
+pub fn range(text: &str) -> Result<[f64; 2], String> {
+    let (low, high) = text.split_once("..").ok_or("two numbers are needed, 0.3..0.5")?;
+    let range = [number(low)?, number(high)?];
+    if (0.0..=range[1]).contains(&range[0]) {
+        Ok(range)
+    } else {
+        Err("two numbers from 0 on are needed, the smaller first: 0.3..0.5".to_owned())
+    }
+}
+
 fn numbers(text: &str) -> Option<Vec<f64>> {
     text.split(',').map(|part| number(part).ok()).collect()
 }

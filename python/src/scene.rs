@@ -15,6 +15,7 @@ use tumble_model::joint::JointModel;
 use tumble_scene::overrides::FieldOverride;
 use tumble_scene::scene::Scene as Content;
 use tumble_scene::settings::RobotSettings;
+use tumble_scene::statics::{self, By, Load, Question};
 
 /// Reads a regular file of at most `most` bytes.
 pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
@@ -284,6 +285,30 @@ impl PyScene {
     #[getter]
     fn states<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         states_array(py, &self.content.starts)
+    }
+
+    /// Answer of statics as JSON: see `Scene.stands`. A load has its kind, a body, a vector and a point.
+    fn stands(
+        &self,
+        py: Python<'_>,
+        load: Option<(String, String, [f64; 3], [f64; 3])>,
+        least_friction: bool,
+        friction: Option<[f64; 2]>,
+        moves: Vec<(String, [f64; 3])>,
+    ) -> PyResult<String> {
+        let load = load.map(|(kind, body, vector, at)| match &*kind {
+            "push" => Load::Push { body, force: vector, at },
+            "mass" => Load::Mass { body, at },
+            "tilt" => Load::Tilt(vector),
+            _ => Load::Base(vector),
+        });
+        let slopes = moves.into_iter().map(|(body, along)| By::Move(body, along)).collect();
+        let question = Question { load, least_friction, friction, slopes };
+        let content = &*self.content;
+        // No question has a field.
+        let with = |_| Ok(content.clone());
+        let report = py.detach(|| statics::answer(content, &question, &with)).map_err(in_python)?;
+        report.text().map_err(in_python)
     }
 
     /// Hits of rays (R, 3): see [`Placed::cast`].

@@ -5,6 +5,7 @@ mod files;
 mod plan;
 mod shared;
 mod simulate;
+mod stands;
 
 pub use files::{
     CheckArgs, CompletionsArgs, ConvertArgs, GifArgs, MeshArgs, NewArgs, PlotArgs, VerifyArgs,
@@ -13,6 +14,7 @@ pub use files::{
 pub use plan::PlanArgs;
 pub use shared::AnimationArgs;
 pub use simulate::{PictureArgs, SetupArgs, SimulateArgs};
+pub use stands::StandsArgs;
 
 use clap::{Parser, Subcommand};
 use std::sync::LazyLock;
@@ -59,6 +61,8 @@ pub enum Command {
     New(NewArgs),
     /// Check a scene without writing: bodies, joints, overlaps, time step.
     Check(Box<CheckArgs>),
+    /// Judge whether a scene can stand, by how much, and where it is weak.
+    Stands(Box<StandsArgs>),
     /// Recompute the residual of every step from the tables of a run.
     Verify(VerifyArgs),
     /// Write a page that plays one or two runs in a browser.

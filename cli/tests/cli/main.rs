@@ -46,6 +46,7 @@ mod scenario;
 mod scenes;
 mod simulate;
 mod slips;
+mod stands;
 mod start_index;
 mod static_friction;
 mod streams;

@@ -30,6 +30,8 @@ pub mod scene;
 mod scene_text;
 pub mod settings;
 pub mod solver_choice;
+#[cfg(feature = "statics")]
+pub mod statics;
 mod tables;
 pub mod tutorial;
 pub mod written;

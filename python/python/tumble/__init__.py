@@ -21,6 +21,7 @@ from ._robot import Inertial, Links, Robot, RobotJoint, Site
 from ._rollout import Rollouts, Unsolved, rollout
 from ._scene import Scene, drop, floating, load
 from ._simulation import Simulation, Step
+from ._statics import Statics
 from ._status import Status
 from ._trajectory import STATE_COLUMNS, Page, Picture, Trajectory
 from ._tumble import PARAMETERS, TumbleError, __version__, has_ipopt
@@ -51,6 +52,7 @@ __all__ = [
     "Scene",
     "Simulation",
     "Site",
+    "Statics",
     "Status",
     "Step",
     "Trajectory",

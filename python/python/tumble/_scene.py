@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import warnings
@@ -13,6 +14,7 @@ from ._checks import name_list, tables, whole
 from ._core import core_property
 from ._files import replaced
 from ._query import Queries
+from ._statics import Statics, vector
 from ._toml import document, toml_value
 from ._tumble import SCENE_HEAD, CoreScene, TumbleError, name_hint, remedy
 from ._types import ByJoint, Fields, Floats, Location
@@ -313,6 +315,45 @@ class Scene(Queries):
         from ._live import Live
 
         return Live(self, record, overwrite=overwrite, port=port)
+
+    def stands(
+        self,
+        *,
+        push: tuple[str, Iterable[float]] | None = None,
+        mass: str | None = None,
+        tilt: Iterable[float] | None = None,
+        base: Iterable[float] | None = None,
+        at: Iterable[float] = (0.0, 0.0, 0.0),
+        least_friction: bool = False,
+        friction: tuple[float, float] | None = None,
+        move: Mapping[str, Iterable[float]] | None = None,
+    ) -> Statics:
+        """Whether the scene can stand at its start, by how much, and where it is weak.
+
+        At most one load asks for its largest factor: ``push`` is a body and a force (N), ``mass`` a body
+        that carries the factor in kg, ``tilt`` a horizontal axis about which gravity turns by the angle
+        with this tangent, ``base`` an acceleration (m/s²). ``at`` is the point of a push or mass from the
+        body's centre (m, world axes). ``least_friction`` asks for the smallest factor on all
+        coefficients of friction, ``friction`` for the worst case of a range, and ``move`` for derivatives
+        of the factor by translations of bodies along vectors. Velocities count as zero (docs/statics.md).
+        """
+        place = vector("at", at)
+        loads = []
+        if push is not None:
+            loads.append(("push", push[0], vector("push", push[1]), place))
+        if mass is not None:
+            loads.append(("mass", mass, [0.0, 0.0, 0.0], place))
+        if tilt is not None:
+            loads.append(("tilt", "", vector("tilt", tilt), place))
+        if base is not None:
+            loads.append(("base", "", vector("base", base), place))
+        if len(loads) > 1:
+            raise TumbleError(f"{loads[1][0]}: {loads[0][0]} is given too; ask for one load at a time")
+        if move and not loads:
+            raise TumbleError("move: a load is needed, whose largest factor has derivatives")
+        moves = [(str(body), vector("move", along)) for body, along in (move or {}).items()]
+        low_high = None if friction is None else [float(end) for end in friction]
+        return Statics(json.loads(self._core.stands(loads[0] if loads else None, least_friction, low_high, moves)))
 
     def jacobian(
         self,

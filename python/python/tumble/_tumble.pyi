@@ -45,6 +45,13 @@ class CoreScene:
         self, text: str, path: object, within: float, ignored: list[str]
     ) -> list[tuple[str, float]]: ...
     def near_pairs(self, within: float, excluded: bool) -> list[tuple[str, str, float]]: ...
+    def stands(
+        self,
+        load: tuple[str, str, list[float], list[float]] | None,
+        least_friction: bool,
+        friction: list[float] | None,
+        moves: list[tuple[str, list[float]]],
+    ) -> str: ...
     @property
     def name(self) -> str: ...
     @property
