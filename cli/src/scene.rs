@@ -24,7 +24,7 @@ pub fn from_args(args: &SetupArgs) -> Result<Scene, Failure> {
             let text = scenario::read_text(path)?;
             let scene = Scene::parse_with(&text, path, &overrides, &args.robot, &input::bytes);
             let scene = scene.map_err(Failure::as_flag)?;
-            run_file::refuse_large(&scene.model).map_err(|failure| failure.in_file(path))?;
+            run_file::refuse_large(&scene.document).map_err(|failure| failure.in_file(path))?;
             scene
         }
     };

@@ -1,4 +1,4 @@
-//! Shapes of a model, and the core's bodies made of them.
+//! Shapes as files have them, and the core's pieces and bodies made of them.
 
 use crate::colour::Colour;
 use nalgebra::{Matrix3, Quaternion, Vector3, Vector4};

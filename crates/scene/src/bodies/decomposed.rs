@@ -1,6 +1,6 @@
 //! Meshes decomposed into convex pieces while a scene is read.
 
-use super::entries::{Files, FormFields, MeshValue, in_mesh, read_mesh, surface};
+use super::entries::{Files, MeshValue, PieceEntry, in_mesh, read_mesh, surface};
 use tumble_core::geometry::MassProperties;
 use tumble_decompose::{DecompositionSettings, Fit, decompose};
 use tumble_model::shape::{ModelForm, ModelPlace, PlacedForm, SolidModel};
@@ -23,7 +23,7 @@ const ROUNDING: f64 = 1e-9;
 impl DecomposedMesh {
     /// Decomposes the mesh of `fields`.
     pub fn new(
-        mut fields: FormFields,
+        mut fields: PieceEntry,
         settings: &DecompositionSettings,
         files: &Files<'_>,
     ) -> Result<Self, String> {

@@ -1,26 +1,28 @@
 //! Tables of the notation `[[bodies]]` as deserialised.
 
+use super::drawn::DrawnModel;
 use crate::choices::StartFrame;
 use crate::coefficients::with_coefficients;
 use crate::tables::{InertiaValue, LoadTable, Random, Sides};
 use nalgebra::Vector3;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
+use std::io;
 use std::path::Path;
 use tumble_core::error::Error;
 use tumble_core::geometry::mesh::{Mesh, parse_obj, parse_stl};
 use tumble_core::geometry::smooth::USUAL_SIDES;
 use tumble_core::mechanics::quaternion::unit;
 use tumble_decompose::DecompositionSettings;
-use tumble_model::DrawnModel;
 use tumble_model::colour::{BodyLabel, Colour};
+use tumble_model::failure::field_of;
 use tumble_model::fields::{Exactly, Numbers, table_if_any};
-use tumble_model::shape::{ModelForm, ModelPlace};
+use tumble_model::shape::{ModelForm, ModelPlace, PlacedForm};
 use tumble_model::shown;
 
 /// Defines a table that has the fields of a convex form and others.
 macro_rules! with_form {
     ($name:ident, $expected:literal { $($(#[$meta:meta])* $field:ident: $type:ty,)* }) => {
-        #[derive(Default, Deserialize)]
+        #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
         #[serde(deny_unknown_fields, expecting = $expected)]
         pub struct $name {
             #[serde(rename = "box")]
@@ -43,8 +45,8 @@ macro_rules! with_form {
 
         impl $name {
             /// Takes the fields of the form.
-            pub fn take_form(&mut self) -> FormFields {
-                FormFields {
+            pub fn take_form(&mut self) -> PieceEntry {
+                PieceEntry {
                     cuboid: self.cuboid.take(),
                     sphere: self.sphere.take(),
                     capsule: self.capsule.take(),
@@ -56,6 +58,7 @@ macro_rules! with_form {
                     scale: self.scale.take(),
                     radius: self.radius.take(),
                     sides: self.sides.take(),
+                    ..PieceEntry::default()
                 }
             }
         }
@@ -63,11 +66,11 @@ macro_rules! with_form {
 }
 
 with_coefficients!(with_form, f64, BodyEntry, "a table [[bodies]]" {
+    name: Option<String>,
     shape: Option<String>,
     points: Option<Vec<Numbers<3>>>,
     point_mass: Option<bool>,
     pieces: Option<Vec<PieceEntry>>,
-    name: Option<String>,
     mass: Option<f64>,
     density: Option<f64>,
     inertia: Option<InertiaValue>,
@@ -98,8 +101,8 @@ with_coefficients!(with_form, f64, BodyEntry, "a table [[bodies]]" {
 });
 
 with_coefficients!(with_form, f64, FixedEntry, "a table [[fixed]]" {
-    pieces: Option<Vec<PieceEntry>>,
     name: Option<String>,
+    pieces: Option<Vec<PieceEntry>>,
     friction: Option<f64>,
     groups: Option<Vec<String>>,
     collides_with: Option<Vec<String>>,
@@ -115,11 +118,7 @@ with_coefficients!(with_form, f64, FixedEntry, "a table [[fixed]]" {
 });
 
 with_form!(PieceEntry, "a piece, { box = …, position = …, attitude = … }" {
-    position: Option<Numbers<3>>,
-    attitude: Option<AttitudeEntry>,
-});
-
-with_form!(LookEntry, "a piece, or { surface = { vertices = …, triangles = … } }" {
+    /// Triangles of a look, which need not be convex.
     #[serde(default, deserialize_with = "table_if_any")]
     surface: Option<SurfaceTable>,
     position: Option<Numbers<3>>,
@@ -127,15 +126,15 @@ with_form!(LookEntry, "a piece, or { surface = { vertices = …, triangles = …
 });
 
 /// Visual shape of a body: that of another body, or parts.
-#[derive(Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "the name of a body, or a list of parts, is needed")]
 pub enum LookValue {
     Of(String),
-    Parts(Vec<LookEntry>),
+    Parts(Vec<PieceEntry>),
 }
 
 /// Mesh: the name of a file, or triangles.
-#[derive(Clone, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "a file name, or { vertices = …, triangles = … }, is needed")]
 pub enum MeshValue {
     File(String),
@@ -150,7 +149,7 @@ impl MeshValue {
 }
 
 /// Triangles, which need not form a closed surface where they are only visual.
-#[derive(Clone, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(
     deny_unknown_fields,
     expecting = "{ vertices = [[x, y, z], …], triangles = [[i, j, k], …] }"
@@ -167,9 +166,9 @@ const MOST_TRIANGLES: usize = 200_000;
 
 impl SurfaceTable {
     /// Checks the surface and converts it to a form with this rounding radius (m).
-    pub fn form(self, radius: f64) -> Result<ModelForm, String> {
-        let vertices = plain(self.vertices);
-        let triangles: Vec<_> = self.triangles.into_iter().map(|three| three.0).collect();
+    pub fn form(&self, radius: f64) -> Result<ModelForm, String> {
+        let vertices = plain(&self.vertices);
+        let triangles: Vec<_> = self.triangles.iter().map(|three| three.0).collect();
         if !(1..=MOST_TRIANGLES).contains(&triangles.len()) {
             let count = triangles.len();
             return Err(format!("triangles: {count} given; allowed: 1 to {MOST_TRIANGLES}"));
@@ -189,42 +188,42 @@ impl SurfaceTable {
     }
 }
 
-#[derive(Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "{ between = [\"…\", \"…\"], coefficient = … }")]
 pub struct PairEntry {
     pub between: Exactly<String, 2>,
     pub coefficient: f64,
 }
 
-#[derive(Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "{ between = [\"…\", \"…\"] }")]
 pub struct ApartEntry {
     pub between: Exactly<String, 2>,
 }
 
 /// Capsule or cylinder.
-#[derive(Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "{ length = …, radius = … }")]
 pub struct TubeTable {
     length: f64,
     radius: f64,
 }
 
-#[derive(Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "{ height = …, radius = … }")]
 pub struct ConeTable {
     height: f64,
     radius: f64,
 }
 
-#[derive(Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "{ count = [x, y, z], step = [x, y, z] }")]
 pub struct CopiesTable {
     pub count: Exactly<u32, 3>,
     pub step: Numbers<3>,
 }
 
-#[derive(Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "{ count = …, degrees = …, … }")]
 pub struct RingTable {
     pub count: u32,
@@ -234,7 +233,7 @@ pub struct RingTable {
 }
 
 /// Attitude: random, a quaternion, or a rotation about an axis.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(
     untagged,
     expecting = "\"random\", four numbers (w, x, y, z) or { axis = [x, y, z], degrees = … } are \
@@ -252,21 +251,21 @@ pub enum AttitudeEntry {
 }
 
 /// Unit quaternion w, x, y, z as a run had it.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExactTable {
     exactly: Numbers<4>,
 }
 
 /// Rotation about an axis.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AxisTable {
     axis: Numbers<3>,
     degrees: f64,
 }
 
-#[derive(Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "one number or three are needed")]
 pub enum Jitter {
     Same(f64),
@@ -274,6 +273,15 @@ pub enum Jitter {
 }
 
 impl AttitudeEntry {
+    /// Unit quaternion that keeps its bits when it is read.
+    pub fn exact(quaternion: [f64; 4]) -> Self {
+        let given = Exactly(quaternion);
+        if <[f64; 4]>::from(unit(quaternion.into())) == quaternion {
+            return Self::Quaternion(given);
+        }
+        Self::Exactly(ExactTable { exactly: given })
+    }
+
     /// Unit quaternion w, x, y, z; `None` for a random attitude.
     pub fn quaternion(&self) -> Result<Option<[f64; 4]>, String> {
         match self {
@@ -318,30 +326,23 @@ pub struct Files<'a> {
 }
 
 impl<'a> Files<'a> {
+    /// No files.
+    pub fn none() -> Self {
+        Self {
+            folder: Path::new(""),
+            read: &|_, _| Err(io::Error::other("files cannot be read here")),
+        }
+    }
+
     /// Meshes in the folder of the file `path`.
     pub fn beside(path: &'a Path, read: tumble_model::ReadFile<'a>) -> Self {
         Self { folder: path.parent().unwrap_or(Path::new("")), read }
     }
 }
 
-/// Fields of a convex form.
-pub struct FormFields {
-    cuboid: Option<Sides>,
-    sphere: Option<f64>,
-    capsule: Option<TubeTable>,
-    cylinder: Option<TubeTable>,
-    cone: Option<ConeTable>,
-    ellipsoid: Option<Numbers<3>>,
-    hull: Option<Vec<Numbers<3>>>,
-    pub mesh: Option<MeshValue>,
-    pub scale: Option<f64>,
-    pub radius: Option<f64>,
-    sides: Option<usize>,
-}
-
-impl FormFields {
-    /// Converts the given form; `None` without one. Meshes are in `files`.
-    pub fn form(self, files: &Files<'_>) -> Result<Option<ModelForm>, String> {
+impl PieceEntry {
+    /// The given form; `None` without one. Meshes are in `files`.
+    pub fn form(&self, files: &Files<'_>) -> Result<Option<ModelForm>, String> {
         let mut forms = Vec::new();
         let rounded = self.hull.is_some() || self.mesh.is_some();
         if self.radius.is_some() && !rounded {
@@ -356,7 +357,8 @@ impl FormFields {
             return Err(format!("sides: {why}"));
         }
         let (radius, sides) = (self.radius.unwrap_or(0.0), self.sides.unwrap_or(USUAL_SIDES));
-        forms.extend(self.cuboid.map(|cuboid| ModelForm::Box { sides: cuboid.vector().into() }));
+        let cuboid = |sides: &Sides| ModelForm::Box { sides: sides.vector().into() };
+        forms.extend(self.cuboid.as_ref().map(cuboid));
         forms.extend(self.sphere.map(|radius| ModelForm::Sphere { radius }));
         let capsule = |TubeTable { length, radius }| ModelForm::Capsule { length, radius };
         forms.extend(self.capsule.map(capsule));
@@ -366,10 +368,11 @@ impl FormFields {
         forms.extend(self.cone.map(cone));
         let ellipsoid = |half: Numbers<3>| ModelForm::Ellipsoid { half_axes: half.0, sides };
         forms.extend(self.ellipsoid.map(ellipsoid));
-        forms.extend(self.hull.map(|points| ModelForm::Hull { points: plain(points), radius }));
-        match self.mesh {
+        let hull = |points| ModelForm::Hull { points: plain(points), radius };
+        forms.extend(self.hull.as_deref().map(hull));
+        match &self.mesh {
             Some(MeshValue::File(name)) => {
-                forms.push(mesh(files, &name, self.scale.unwrap_or(1.0), radius)?);
+                forms.push(mesh(files, name, self.scale.unwrap_or(1.0), radius)?);
             }
             Some(MeshValue::Own(_)) if self.scale.is_some() => {
                 return Err("scale: it has no meaning without a mesh file".to_owned());
@@ -388,11 +391,102 @@ impl FormFields {
             _ => Ok(form),
         }
     }
+
+    /// The form and its place. An error begins with a field, or else with `: `.
+    pub fn placed(&self, files: &Files<'_>) -> Result<PlacedForm, String> {
+        if self.surface.is_some() {
+            return Err(".surface: it has no meaning outside a look; give `mesh`".to_owned());
+        }
+        let form = self.form(files).map_err(|why| format!(".{why}"))?;
+        let form = form.ok_or_else(|| format!(": {ONE_SHAPE}"))?;
+        let place = placed(self.position, self.attitude.as_ref());
+        let placed = PlacedForm { form, place: place.map_err(|why| format!(".{why}"))? };
+        placed.piece().map_err(|error| {
+            format!(".{}: {error}", field_of(&error).unwrap_or(placed.form.field()))
+        })?;
+        Ok(placed)
+    }
+}
+
+impl From<&PlacedForm> for PieceEntry {
+    fn from(PlacedForm { form, place }: &PlacedForm) -> Self {
+        let mut entry = Self::default();
+        let radius_of = |radius: f64| Some(radius).filter(|radius| *radius != 0.0);
+        match form {
+            ModelForm::Box { sides } => entry.cuboid = Some(Sides::Box(Exactly(*sides))),
+            ModelForm::Sphere { radius } => entry.sphere = Some(*radius),
+            &ModelForm::Capsule { length, radius } => {
+                entry.capsule = Some(TubeTable { length, radius });
+            }
+            &ModelForm::Cylinder { length, radius, sides } => {
+                entry.cylinder = Some(TubeTable { length, radius });
+                entry.sides = Some(sides);
+            }
+            &ModelForm::Cone { height, radius, sides } => {
+                entry.cone = Some(ConeTable { height, radius });
+                entry.sides = Some(sides);
+            }
+            ModelForm::Ellipsoid { half_axes, sides } => {
+                entry.ellipsoid = Some(Exactly(*half_axes));
+                entry.sides = Some(*sides);
+            }
+            ModelForm::Hull { points, radius } => {
+                entry.hull = Some(points.iter().copied().map(Exactly).collect());
+                entry.radius = radius_of(*radius);
+            }
+            ModelForm::Mesh { vertices, triangles, radius, colour } => {
+                entry.mesh = Some(MeshValue::Own(SurfaceTable {
+                    vertices: vertices.iter().copied().map(Exactly).collect(),
+                    triangles: triangles.iter().copied().map(Exactly).collect(),
+                    colour: *colour,
+                }));
+                entry.radius = radius_of(*radius);
+            }
+        }
+        if *place != ModelPlace::ORIGIN {
+            entry.position = Some(Exactly(place.position));
+            entry.attitude = Some(AttitudeEntry::exact(place.attitude));
+        }
+        entry
+    }
+}
+
+impl PieceEntry {
+    /// The part of a look and its place. An error begins with a field, or else with `: `.
+    pub fn part(&self, files: &Files<'_>) -> Result<PlacedForm, String> {
+        let named = |why: String| format!(".{why}");
+        let surface = self.surface.as_ref().map(|own| own.form(0.0)).transpose();
+        let surface = surface.map_err(|why| format!(".surface.{why}"))?;
+        let place = placed(self.position, self.attitude.as_ref()).map_err(named)?;
+        match (self.form(files).map_err(named)?, surface) {
+            (Some(form), None) => {
+                let part = PlacedForm { form, place };
+                part.piece().map_err(|error| format!(".{}: {error}", part.form.field()))?;
+                Ok(part)
+            }
+            (None, Some(form)) => Ok(PlacedForm { form, place }),
+            _ => Err(format!(": {ONE_SHAPE}, or a surface")),
+        }
+    }
+
+    /// Number of triangles of its mesh.
+    pub fn triangles(&self) -> usize {
+        self.surface.as_ref().map_or(0, |surface| surface.triangles.len())
+    }
+
+    /// Entry of the part of a look, whose mesh need not be convex.
+    pub fn of_look(part: &PlacedForm) -> Self {
+        let mut entry = Self::from(part);
+        if let Some(MeshValue::Own(surface)) = entry.mesh.take() {
+            entry.surface = Some(surface);
+        }
+        entry
+    }
 }
 
 /// Points as plain arrays.
-pub fn plain(points: Vec<Numbers<3>>) -> Vec<[f64; 3]> {
-    points.into_iter().map(|point| point.0).collect()
+pub fn plain(points: &[Numbers<3>]) -> Vec<[f64; 3]> {
+    points.iter().map(|point| point.0).collect()
 }
 
 /// Maximum size of a mesh file (bytes).
@@ -451,4 +545,26 @@ pub fn read_triangles<T>(
 pub fn read_mesh(files: &Files<'_>, name: &str, scale: f64) -> Result<Mesh, String> {
     let mesh = read_triangles(files, name, LARGEST_MESH, parse_obj, parse_stl)?;
     mesh.scaled(scale).map_err(|error| in_mesh(files, name, &error))
+}
+
+/// Error message for a missing shape of a fixed object or piece.
+pub const ONE_SHAPE: &str =
+    "one shape is needed: box, sphere, capsule, cylinder, cone, ellipsoid, hull or mesh";
+
+/// Place of an object, whose attitude must not be random.
+pub fn placed(
+    position: Option<Numbers<3>>,
+    attitude: Option<&AttitudeEntry>,
+) -> Result<ModelPlace, String> {
+    let position = position.map_or([0.0; 3], |position| position.0);
+    if !position.iter().all(|coordinate| coordinate.abs() <= 1e4) {
+        return Err("position: coordinates from -1e4 to 1e4 m are needed".to_owned());
+    }
+    let attitude = match attitude.map(AttitudeEntry::quaternion) {
+        None => ModelPlace::ORIGIN.attitude,
+        Some(Ok(Some(quaternion))) => quaternion,
+        Some(Ok(None)) => return Err("attitude: only bodies can have a random one".to_owned()),
+        Some(Err(why)) => return Err(format!("attitude: {why}")),
+    };
+    Ok(ModelPlace { position, attitude })
 }

@@ -1,11 +1,10 @@
 //! Frames of a joint in its bodies at the start.
 
-use crate::bodies::entries::AttitudeEntry;
+use crate::bodies::entries::{AttitudeEntry, BodyEntry};
 use nalgebra::{Vector3, Vector4};
 use tumble_core::joint::JointFrame;
 use tumble_core::mechanics::State;
 use tumble_core::mechanics::quaternion::{left, rotation};
-use tumble_model::BodyModel;
 use tumble_model::fields::Numbers;
 use tumble_model::shape::ModelPlace;
 
@@ -26,12 +25,9 @@ pub struct JointSide<'a> {
 }
 
 impl<'a> JointSide<'a> {
-    pub fn new(body: Option<&'a BodyModel>) -> Self {
+    pub fn new(body: Option<&'a BodyEntry>) -> Self {
         match body {
-            Some(body) => {
-                let start = body.start;
-                Self { centre: body.centre.into(), start, name: &body.name }
-            }
+            Some(body) => Self { centre: body.centre(), start: body.start(), name: body.name() },
             None => {
                 let [position, velocity, spin] = [Vector3::zeros(); 3];
                 let attitude = ModelPlace::ORIGIN.attitude.into();

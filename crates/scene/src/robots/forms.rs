@@ -1,12 +1,13 @@
 //! Conversion of a robot's shapes to shapes of a scene, with a limit on contact points.
 
 use super::place_of;
-use crate::frame::{LinkFrame, attitude_from_matrix};
-use crate::model::{LinkMass, RobotForm, RobotShape};
 use nalgebra::Vector3;
 use tumble_core::error::Error;
 use tumble_decompose::{LEAST_CORNERS, reduced};
 use tumble_model::shape::{ModelForm, PlacedForm};
+use tumble_robot::LinkFrame;
+use tumble_robot::frame::attitude_from_matrix;
+use tumble_robot::model::{LinkMass, RobotForm, RobotShape};
 
 /// Scene geometry of a shape; `None` for a plane without contacts.
 pub(super) fn form_of(shape: &RobotShape, sides: usize) -> Result<Option<ModelForm>, String> {

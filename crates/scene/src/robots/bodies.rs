@@ -3,25 +3,31 @@
 use super::forms::{equivalent, fit, form_of, scene_form};
 use super::touching::friction_of;
 use super::{Assembled, Carried, Placing, place_of};
-use crate::frame::LinkFrame;
-use crate::model::{LinkMass, LookForm, Robot, RobotForm, RobotLook, RobotShape};
-use crate::motion::RobotMotion;
+use crate::bodies::entries::{BodyEntry, LookValue, PieceEntry};
+use crate::document::Document;
+use crate::tables::LoadTable;
 use nalgebra::Vector3;
 use tumble_core::mechanics::{Load, Polyline};
 use tumble_model::colour::Colour;
-use tumble_model::groups::GroupsModel;
+use tumble_model::fields::numbers;
 use tumble_model::shape::{ModelForm, ModelShape, PlacedForm};
-use tumble_model::{BodyModel, Model};
+use tumble_robot::LinkFrame;
+use tumble_robot::model::{LinkMass, LookForm, Robot, RobotForm, RobotLook, RobotShape};
+use tumble_robot::motion::RobotMotion;
 
 /// Maximum number of shapes with contacts.
 const MOST_TOUCHING: usize = 2000;
 
 impl Assembled {
     /// Assigns bodies of the scene to all groups of links.
-    pub(super) fn number_bodies(&mut self, placing: &Placing, model: &Model) -> Result<(), String> {
-        let mut next = model.bodies.len();
+    pub(super) fn number_bodies(
+        &mut self,
+        placing: &Placing,
+        document: &Document,
+    ) -> Result<(), String> {
+        let mut next = document.bodies.len();
         for place in 0..self.bodies.len() {
-            self.bodies[place].parts = self.parts(place, placing, model.mu)?;
+            self.bodies[place].parts = self.parts(place, placing, document.friction_of_ground())?;
             self.bodies[place].body = next;
             next += self.bodies[place].parts.len();
         }
@@ -32,7 +38,7 @@ impl Assembled {
         &mut self,
         placing: &Placing,
         motion: &RobotMotion,
-        model: &mut Model,
+        document: &mut Document,
     ) -> Result<(), String> {
         let mut notes = Vec::new();
         for place in 0..self.bodies.len() {
@@ -48,47 +54,34 @@ impl Assembled {
             self.bodies[place].centre = mass.centre;
             let start = self.state_of(place, motion.links());
             let share = 1.0 / self.bodies[place].parts.len() as f64;
-            let held = self.held_up(place, model.gravity.into(), share);
+            let held = self.held_up(place, document.gravity(), share);
             // The first body of a group carries its visual geometry.
-            let mut look = self.look_of(place, placing).map(|look| {
-                model.looks.push(look);
-                model.looks.len() - 1
-            });
+            let look = self.look_of(place, placing);
+            let look = look.map(|look| look.iter().map(PieceEntry::of_look).collect());
+            let mut look = look.map(LookValue::Parts);
             for (number, part) in self.bodies[place].parts.iter().enumerate() {
                 let name = self.part_name(link, number);
-                if model.bodies.iter().any(|known| known.name == name) {
+                if document.bodies.iter().any(|known| known.name() == name) {
                     return Err(wrong(format!(
                         "the body name {name:?} is already used; set a prefix"
                     )));
                 }
                 let (shape, note, touches) = self.shape_of(place, part, &mass, placing)?;
                 notes.extend(note.map(|note| format!("{name}: {note}")));
-                let index = model.shapes.iter().position(|known| *known == shape);
-                let index = index.unwrap_or_else(|| {
-                    model.shapes.push(shape);
-                    model.shapes.len() - 1
-                });
                 let first = part.first().map(|shape| &self.robot.shapes[*shape]);
-                let body = BodyModel {
-                    name,
-                    shape: index,
-                    centre: mass.centre.into(),
-                    mass: mass.mass * share,
-                    inertia: (mass.inertia * share).transpose().into(),
+                let mut body = BodyEntry {
+                    name: Some(name),
+                    centre: Some(numbers(&mass.centre)),
                     friction: first.and_then(friction_of),
-                    restitution: None,
-                    touches,
-                    groups: GroupsModel::default(),
-                    load: held.clone(),
-                    colour: None,
-                    label: None,
+                    touches: (!touches).then_some(false),
+                    load: LoadTable::new(&held),
                     look: look.take(),
-                    start,
-                    drawn: None,
+                    ..BodyEntry::default()
                 };
-                let made = body.rigid_body(&model.shapes[index]);
-                made.map_err(|error| wrong(error.to_string()))?;
-                model.bodies.push(body);
+                body.set_mass(mass.mass * share, &(mass.inertia * share));
+                body.set_start(&start);
+                body.rigid_body(&shape).map_err(|error| wrong(error.to_string()))?;
+                document.add_body(body, &shape);
             }
         }
         self.robot.notes.extend(notes);
