@@ -10,7 +10,6 @@ pub mod heights;
 pub mod joint;
 pub mod nearest;
 pub mod packed;
-pub mod shape;
 pub mod shown;
 
 use std::io;

@@ -1,6 +1,6 @@
 //! Notes on a valid scene: ignored content of its files, and what may be a mistake.
 
-use super::bodies::entries::{AttitudeEntry, FixedEntry, PieceEntry};
+use super::bodies::entries::{FixedEntry, PieceEntry};
 use super::bodies::joints::{JointEntry, MotorEntry};
 use super::bodies::terrain::TerrainEntry;
 use super::locks::counted;
@@ -120,10 +120,7 @@ impl Scene {
         let bodies = bodies
             .filter(|(index, (start, _))| seems_so(start.attitude.as_ref()) && !is_of_robot(*index))
             .map(|(_, (_, name))| name.as_str());
-        let is_turned = |piece: &PieceEntry| {
-            let attitude = piece.attitude.as_ref().map(AttitudeEntry::quaternion);
-            matches!(attitude, Some(Ok(Some(quaternion))) if seems_so(&quaternion))
-        };
+        let is_turned = |piece: &PieceEntry| seems_so(&piece.place().attitude);
         let fixed = self.document.fixed.iter();
         let fixed = fixed.filter(|fixed| fixed.pieces.iter().flatten().any(is_turned));
         let names = listed(bodies.chain(fixed.map(FixedEntry::name)))?;

@@ -117,7 +117,7 @@ impl Scene {
     /// The first invalid value.
     pub fn piece_from_text(text: &str, path: &Path, read: ReadFile<'_>) -> Result<Piece, Failure> {
         let entry = super::parse(text).map_err(Failure::Input)?;
-        bodies::piece(&entry, Files::beside(path, read))
+        bodies::piece(entry, Files::beside(path, read))
     }
 
     /// This scene without the body `index` and its joints. The indices of later bodies decrease by

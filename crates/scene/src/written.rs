@@ -2,6 +2,7 @@
 //!
 //! Its numbers are exact: the world made of it has the same bits.
 
+use super::bodies::terrain::TerrainEntry;
 use super::document::Document;
 use super::scene::Scene;
 use std::fmt::Write as _;
@@ -66,7 +67,9 @@ fn fields(out: &mut String, table: &Table) {
 /// # Errors
 /// A terrain that cannot be packed.
 pub fn table(document: &Document) -> Result<Table, Failure> {
-    Table::try_from(document).map_err(|error| Failure::Other(error.to_string()))
+    let mut document = document.clone();
+    document.terrain.iter_mut().try_for_each(TerrainEntry::pack).map_err(Failure::Other)?;
+    Table::try_from(&document).map_err(|error| Failure::Other(error.to_string()))
 }
 
 /// TOML string.

@@ -13,7 +13,6 @@ use tumble_core::simulation::energy;
 use tumble_core::step::StepStatus;
 use tumble_core::world::{Plane, World};
 use tumble_model::failure::Failure;
-use tumble_model::shape::{ModelForm, PlacedForm};
 use tumble_scene::Document;
 use tumble_scene::output::tables::{ContactRow, IntervalRows};
 
@@ -102,13 +101,27 @@ impl Film {
         frames.iter_mut().for_each(|frame| frame.contacts.retain(is_loaded));
         let bodies = document.bodies.iter().zip(world.bodies()).zip(document.loads()?).enumerate();
         let bodies = bodies.map(|(index, ((body, rigid), load))| {
-            let parts = document
-                .looks(index)
-                .map_err(|why| Failure::Input(format!("model.bodies[{index}].look{why}")))?;
-            let shapes = match parts {
-                Some(parts) => parts.iter().map(|part| part_of(part, &body.centre())).collect(),
-                None => Ok(Shape::from_body(rigid)),
-            };
+            let centre = body.centre();
+            // Parts of a look, relative to the centre of mass.
+            let parts = document.look_of(body).map(|parts| {
+                let shapes = parts.iter().map(|part| {
+                    let Some(surface) = part.look_surface() else {
+                        let piece = part.piece()?.moved_by(&Matrix3::identity(), &-centre)?;
+                        return Ok(Shape::from(&piece));
+                    };
+                    let place = part.place();
+                    let (rotation, position) = (place.rotation(), Vector3::from(place.position));
+                    let corner = |at: &[f64; 3]| rotation * Vector3::from(*at) + position - centre;
+                    let vertices = surface.vertices.iter().map(|at| corner(&at.0)).collect();
+                    let triangles = surface.triangles.iter().map(|three| three.0).collect();
+                    let colour = surface.colour.map(|colour| colour.0);
+                    Ok(Shape::Mesh(Mesh { vertices, triangles, colour }))
+                });
+                shapes.collect::<Result<_, Error>>()
+            });
+            let shapes = parts.unwrap_or_else(|| Ok(Shape::from_body(rigid)));
+            let shapes = shapes
+                .map_err(|error| Failure::Input(format!("model.bodies[{index}].look: {error}")));
             let label = body.label.as_ref().map_or(String::new(), |label| label.0.clone());
             let (name, colour) = (body.name().to_owned(), body.colour.map(|colour| colour.0));
             Ok(Object { name, label, colour, load, shapes: shapes? })
@@ -285,18 +298,6 @@ impl Film {
 /// True if a contact carries a force.
 pub fn is_loaded(contact: &ContactRow) -> bool {
     contact.force != Vector3::zeros()
-}
-
-/// Part of a look, relative to the centre of mass.
-fn part_of(part: &PlacedForm, centre: &Vector3<f64>) -> Result<Shape, Error> {
-    let ModelForm::Mesh { vertices, triangles, colour, .. } = &part.form else {
-        return Ok(Shape::from(&part.piece()?.moved_by(&Matrix3::identity(), &-centre)?));
-    };
-    let (rotation, position) = (part.place.rotation(), Vector3::from(part.place.position));
-    let place = |vertex: &[f64; 3]| rotation * Vector3::from(*vertex) + position - centre;
-    let vertices = vertices.iter().map(place).collect();
-    let colour = colour.map(|colour| colour.0);
-    Ok(Shape::Mesh(Mesh { vertices, triangles: triangles.clone(), colour }))
 }
 
 /// Pose of a body. The digits of the file are kept: they have length 1.

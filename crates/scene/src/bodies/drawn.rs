@@ -1,13 +1,13 @@
 //! Random starts of bodies: the seed's share of a start, so that a run can be checked against its
 //! seed.
 
+use crate::bodies::place::Place;
 use crate::document::Document;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use tumble_core::contact::Plane;
 use tumble_core::mechanics::State;
 use tumble_core::simulation::random::Draws;
-use tumble_model::shape::ModelPlace;
 
 /// Relative tolerance between a stored start and the same draw computed again, possibly on another
 /// machine.
@@ -41,10 +41,10 @@ impl DrawnModel {
     }
 
     /// Place that results from the next values of `draws`.
-    pub fn place(&self, draws: &mut Draws) -> ModelPlace {
+    pub fn place(&self, draws: &mut Draws) -> Place {
         let mut drawn = || if self.tutorial { draws.tutorial_attitude() } else { draws.attitude() };
         let attitude = self.attitude.unwrap_or_else(|| drawn().into());
-        let mut place = ModelPlace { position: self.position, attitude };
+        let mut place = Place { position: self.position, attitude };
         for (coordinate, size) in place.position.iter_mut().zip(self.jitter) {
             if size > 0.0 {
                 *coordinate += size * (2.0 * draws.unit() - 1.0);
@@ -60,7 +60,7 @@ impl DrawnModel {
 /// shape's frame (m).
 pub fn state_at(
     ground: Option<&Plane>,
-    place: &ModelPlace,
+    place: &Place,
     velocity: Vector3<f64>,
     spin: Vector3<f64>,
     centre: &Vector3<f64>,

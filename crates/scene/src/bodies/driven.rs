@@ -3,13 +3,13 @@
 
 use super::entries::{AttitudeEntry, BodyEntry};
 use super::joints::{JointSide, anchor_in_range};
+use crate::bodies::place::Place;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use tumble_core::error::Error;
 use tumble_core::joint::{Joint, Knots};
 use tumble_core::simulation::JOINT_AT_THE_START;
 use tumble_model::fields::{Exactly, Numbers};
-use tumble_model::shape::ModelPlace;
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(
@@ -26,7 +26,7 @@ pub struct DrivenEntry {
     spin: Option<Numbers<3>>,
     about: Option<Numbers<3>>,
     /// Frames in the body, from its centre of mass, and in the world, as a run has them.
-    frames: Option<Exactly<ModelPlace, 2>>,
+    frames: Option<Exactly<Place, 2>>,
     /// Prescribed motion of the frame in the world, as a run has it.
     course: Option<CourseModel>,
 }
@@ -53,7 +53,7 @@ pub struct CourseModel {
     /// Times of the knots (s).
     pub times: Vec<f64>,
     /// Place at each time.
-    pub places: Vec<ModelPlace>,
+    pub places: Vec<Place>,
     /// Velocity after the last time (m/s).
     #[serde(default)]
     pub velocity: [f64; 3],
@@ -74,7 +74,7 @@ impl CourseModel {
                 "times: {times} times and {places} places; as many of both are needed"
             ));
         }
-        let frames = self.places.iter().map(ModelPlace::frame);
+        let frames = self.places.iter().map(Place::frame);
         let knots = Knots::new(self.times.iter().copied().zip(frames).collect());
         let knots = knots.map_err(|error| format!("times: {error}"))?;
         let steady = knots.going_on(self.velocity.into(), self.spin.into());
@@ -106,7 +106,7 @@ impl DrivenEntry {
     /// Exact form of this entry for a `body`, which it drives from the time `start` (s).
     pub fn exact(&self, body: &BodyEntry, start: f64) -> Result<Self, String> {
         let name = self.name.clone().unwrap_or_else(|| format!("{}-drive", body.name()));
-        let exact = |frames: [ModelPlace; 2], course| Self {
+        let exact = |frames: [Place; 2], course| Self {
             name: Some(name),
             body: body.name().to_owned(),
             times: None,
@@ -123,7 +123,7 @@ impl DrivenEntry {
         }
         self.refuse_idle()?;
         let side = JointSide::new(Some(body));
-        let (origin, attitude) = (Vector3::zeros(), ModelPlace::ORIGIN.attitude.into());
+        let (origin, attitude) = (Vector3::zeros(), Place::ORIGIN.attitude.into());
         let mut anchor = side.placed(&origin, &attitude);
         if let Some(about) = &self.about {
             anchor_in_range("about", Some(about))?;
@@ -145,7 +145,7 @@ impl DrivenEntry {
     }
 
     /// Moves the frame in the world.
-    pub fn set_frame(&mut self, place: ModelPlace) {
+    pub fn set_frame(&mut self, place: Place) {
         if let Some(frames) = &mut self.frames {
             frames.0[1] = place;
         }
@@ -154,11 +154,11 @@ impl DrivenEntry {
     /// Joint of an entry in exact form. `body` finds its body.
     pub fn joint(&self, body: impl Fn(&str) -> Result<usize, String>) -> Result<Joint, String> {
         let frames = self.frames.ok_or_else(|| "frames: they are needed".to_owned())?;
-        Ok(Joint::fixed(body(&self.body)?, None, frames.0.each_ref().map(ModelPlace::frame)))
+        Ok(Joint::fixed(body(&self.body)?, None, frames.0.each_ref().map(Place::frame)))
     }
 
     /// Prescribed motion of a frame that is at `there` at the time `start` (s).
-    fn course(&self, there: &ModelPlace, start: f64) -> Result<CourseModel, String> {
+    fn course(&self, there: &Place, start: f64) -> Result<CourseModel, String> {
         let numbers = |of: &Option<Numbers<3>>| of.as_ref().map_or([0.0; 3], |of| of.0);
         let (velocity, spin) = (numbers(&self.velocity), numbers(&self.spin));
         let Some(times) = &self.times else {
@@ -218,7 +218,7 @@ impl DrivenEntry {
 
 /// Checks that the body starts where its prescribed motion begins. `own` is the frame in the body.
 fn refuse_elsewhere(
-    own: &ModelPlace,
+    own: &Place,
     course: &CourseModel,
     body: &BodyEntry,
     start: f64,

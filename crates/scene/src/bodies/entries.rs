@@ -1,6 +1,7 @@
 //! Tables of the notation `[[bodies]]` as deserialised.
 
 use super::drawn::DrawnModel;
+use crate::bodies::place::Place;
 use crate::choices::StartFrame;
 use crate::coefficients::with_coefficients;
 use crate::tables::{InertiaValue, LoadTable, Random, Sides};
@@ -10,13 +11,11 @@ use std::io;
 use std::path::Path;
 use tumble_core::error::Error;
 use tumble_core::geometry::mesh::{Mesh, parse_obj, parse_stl};
-use tumble_core::geometry::smooth::USUAL_SIDES;
 use tumble_core::mechanics::quaternion::unit;
 use tumble_decompose::DecompositionSettings;
 use tumble_model::colour::{BodyLabel, Colour};
 use tumble_model::failure::field_of;
-use tumble_model::fields::{Exactly, Numbers, table_if_any};
-use tumble_model::shape::{ModelForm, ModelPlace, PlacedForm};
+use tumble_model::fields::{Exactly, Numbers, numbers, table_if_any};
 use tumble_model::shown;
 
 /// Defines a table that has the fields of a convex form and others.
@@ -155,36 +154,34 @@ impl MeshValue {
     expecting = "{ vertices = [[x, y, z], …], triangles = [[i, j, k], …] }"
 )]
 pub struct SurfaceTable {
-    vertices: Vec<Numbers<3>>,
-    triangles: Vec<Exactly<usize, 3>>,
+    pub vertices: Vec<Numbers<3>>,
+    pub triangles: Vec<Exactly<usize, 3>>,
     /// Colour in pictures; default from the body.
-    colour: Option<Colour>,
+    pub colour: Option<Colour>,
 }
 
 /// Maximum number of triangles of a surface.
 const MOST_TRIANGLES: usize = 200_000;
 
 impl SurfaceTable {
-    /// Checks the surface and converts it to a form with this rounding radius (m).
-    pub fn form(&self, radius: f64) -> Result<ModelForm, String> {
-        let vertices = plain(&self.vertices);
-        let triangles: Vec<_> = self.triangles.iter().map(|three| three.0).collect();
-        if !(1..=MOST_TRIANGLES).contains(&triangles.len()) {
-            let count = triangles.len();
+    /// Checks the surface.
+    fn check(&self) -> Result<(), String> {
+        let count = self.triangles.len();
+        if !(1..=MOST_TRIANGLES).contains(&count) {
             return Err(format!("triangles: {count} given; allowed: 1 to {MOST_TRIANGLES}"));
         }
-        if let Some(invalid) =
-            vertices.iter().flatten().find(|number| !(-1e6..=1e6).contains(*number))
-        {
+        let mut numbers = self.vertices.iter().flat_map(|vertex| vertex.0);
+        if let Some(invalid) = numbers.find(|number| !(-1e6..=1e6).contains(number)) {
             return Err(format!("vertices: a coordinate is {invalid} m; allowed: -1e6 to 1e6"));
         }
-        if let Some(invalid) = triangles.iter().flatten().find(|index| **index >= vertices.len()) {
-            let count = vertices.len();
-            return Err(format!(
+        let mut corners = self.triangles.iter().flat_map(|three| three.0);
+        let count = self.vertices.len();
+        match corners.find(|index| *index >= count) {
+            Some(invalid) => Err(format!(
                 "triangles: vertex {invalid} does not exist; there are {count} vertices"
-            ));
+            )),
+            None => Ok(()),
         }
-        Ok(ModelForm::Mesh { vertices, triangles, radius, colour: self.colour })
     }
 }
 
@@ -205,15 +202,15 @@ pub struct ApartEntry {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "{ length = …, radius = … }")]
 pub struct TubeTable {
-    length: f64,
-    radius: f64,
+    pub length: f64,
+    pub radius: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "{ height = …, radius = … }")]
 pub struct ConeTable {
-    height: f64,
-    radius: f64,
+    pub height: f64,
+    pub radius: f64,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -313,7 +310,7 @@ pub fn turn(axis: &[f64; 3], degrees: f64) -> Result<[f64; 4], String> {
     if !(-3600.0..=3600.0).contains(&degrees) {
         return Err(format!("degrees is {degrees}; allowed: -3600 to 3600"));
     }
-    Ok(ModelPlace::turn(axis, degrees))
+    Ok(Place::turn(axis, degrees))
 }
 
 /// Folder of the meshes of a scenario and the function that reads them.
@@ -341,146 +338,86 @@ impl<'a> Files<'a> {
 }
 
 impl PieceEntry {
-    /// The given form; `None` without one. Meshes are in `files`.
-    pub fn form(&self, files: &Files<'_>) -> Result<Option<ModelForm>, String> {
-        let mut forms = Vec::new();
-        let rounded = self.hull.is_some() || self.mesh.is_some();
-        if self.radius.is_some() && !rounded {
+    /// Exact form without its place; `None` without a form. Meshes are in `files`.
+    pub fn exact_form(mut self, files: &Files<'_>) -> Result<Option<Self>, String> {
+        let forms = self.forms();
+        if self.radius.is_some() && !forms.iter().any(|form| ["hull", "mesh"].contains(form)) {
             return Err("radius: it has no meaning without `hull` or `mesh`".to_owned());
         }
         if self.scale.is_some() && self.mesh.is_none() {
             return Err("scale: it has no meaning without `mesh`".to_owned());
         }
-        let smooth = self.cylinder.is_some() || self.cone.is_some() || self.ellipsoid.is_some();
-        if self.sides.is_some() && !smooth {
+        let smooth = ["cylinder", "cone", "ellipsoid"];
+        if self.sides.is_some() && !forms.iter().any(|form| smooth.contains(form)) {
             let why = "it has no meaning without `cylinder`, `cone` or `ellipsoid`";
             return Err(format!("sides: {why}"));
         }
-        let (radius, sides) = (self.radius.unwrap_or(0.0), self.sides.unwrap_or(USUAL_SIDES));
-        let cuboid = |sides: &Sides| ModelForm::Box { sides: sides.vector().into() };
-        forms.extend(self.cuboid.as_ref().map(cuboid));
-        forms.extend(self.sphere.map(|radius| ModelForm::Sphere { radius }));
-        let capsule = |TubeTable { length, radius }| ModelForm::Capsule { length, radius };
-        forms.extend(self.capsule.map(capsule));
-        let cylinder = |TubeTable { length, radius }| ModelForm::Cylinder { length, radius, sides };
-        forms.extend(self.cylinder.map(cylinder));
-        let cone = |ConeTable { height, radius }| ModelForm::Cone { height, radius, sides };
-        forms.extend(self.cone.map(cone));
-        let ellipsoid = |half: Numbers<3>| ModelForm::Ellipsoid { half_axes: half.0, sides };
-        forms.extend(self.ellipsoid.map(ellipsoid));
-        let hull = |points| ModelForm::Hull { points: plain(points), radius };
-        forms.extend(self.hull.as_deref().map(hull));
         match &self.mesh {
             Some(MeshValue::File(name)) => {
-                forms.push(mesh(files, name, self.scale.unwrap_or(1.0), radius)?);
+                let mesh = read_mesh(files, name, self.scale.take().unwrap_or(1.0))?;
+                // Checks convexity here so that the error has the name of the file.
+                mesh.hull().map_err(|error| in_mesh(files, name, &error))?;
+                self.mesh = Some(MeshValue::Own(surface(&mesh)));
             }
             Some(MeshValue::Own(_)) if self.scale.is_some() => {
                 return Err("scale: it has no meaning without a mesh file".to_owned());
             }
-            Some(MeshValue::Own(own)) => {
-                forms.push(own.form(radius).map_err(|why| format!("mesh.{why}"))?);
-            }
+            Some(MeshValue::Own(own)) => own.check().map_err(|why| format!("mesh.{why}"))?,
             None => {}
         }
-        let form = forms.pop();
-        match (forms.first(), &form) {
-            (Some(first), Some(form)) => {
-                let (one, other) = (first.field(), form.field());
+        match forms[..] {
+            [] => Ok(None),
+            [_] => Ok(Some(self)),
+            [one, .., other] => {
                 Err(format!("{other}: only one shape can be given, and there is already `{one}`"))
             }
-            _ => Ok(form),
         }
     }
 
-    /// The form and its place. An error begins with a field, or else with `: `.
-    pub fn placed(&self, files: &Files<'_>) -> Result<PlacedForm, String> {
+    /// Exact form. An error begins with a field, or else with `: `.
+    pub fn exact(self, files: &Files<'_>) -> Result<Self, String> {
         if self.surface.is_some() {
             return Err(".surface: it has no meaning outside a look; give `mesh`".to_owned());
         }
-        let form = self.form(files).map_err(|why| format!(".{why}"))?;
-        let form = form.ok_or_else(|| format!(": {ONE_SHAPE}"))?;
         let place = placed(self.position, self.attitude.as_ref());
-        let placed = PlacedForm { form, place: place.map_err(|why| format!(".{why}"))? };
-        placed.piece().map_err(|error| {
-            format!(".{}: {error}", field_of(&error).unwrap_or(placed.form.field()))
-        })?;
-        Ok(placed)
+        let exact = self.exact_form(files).map_err(|why| format!(".{why}"))?;
+        let exact = exact.ok_or_else(|| format!(": {ONE_SHAPE}"))?;
+        let exact = exact.placed_at(&place.map_err(|why| format!(".{why}"))?);
+        exact.check()?;
+        Ok(exact)
     }
-}
 
-impl From<&PlacedForm> for PieceEntry {
-    fn from(PlacedForm { form, place }: &PlacedForm) -> Self {
-        let mut entry = Self::default();
-        let radius_of = |radius: f64| Some(radius).filter(|radius| *radius != 0.0);
-        match form {
-            ModelForm::Box { sides } => entry.cuboid = Some(Sides::Box(Exactly(*sides))),
-            ModelForm::Sphere { radius } => entry.sphere = Some(*radius),
-            &ModelForm::Capsule { length, radius } => {
-                entry.capsule = Some(TubeTable { length, radius });
-            }
-            &ModelForm::Cylinder { length, radius, sides } => {
-                entry.cylinder = Some(TubeTable { length, radius });
-                entry.sides = Some(sides);
-            }
-            &ModelForm::Cone { height, radius, sides } => {
-                entry.cone = Some(ConeTable { height, radius });
-                entry.sides = Some(sides);
-            }
-            ModelForm::Ellipsoid { half_axes, sides } => {
-                entry.ellipsoid = Some(Exactly(*half_axes));
-                entry.sides = Some(*sides);
-            }
-            ModelForm::Hull { points, radius } => {
-                entry.hull = Some(points.iter().copied().map(Exactly).collect());
-                entry.radius = radius_of(*radius);
-            }
-            ModelForm::Mesh { vertices, triangles, radius, colour } => {
-                entry.mesh = Some(MeshValue::Own(SurfaceTable {
-                    vertices: vertices.iter().copied().map(Exactly).collect(),
-                    triangles: triangles.iter().copied().map(Exactly).collect(),
-                    colour: *colour,
-                }));
-                entry.radius = radius_of(*radius);
-            }
-        }
-        if *place != ModelPlace::ORIGIN {
-            entry.position = Some(Exactly(place.position));
-            entry.attitude = Some(AttitudeEntry::exact(place.attitude));
-        }
-        entry
+    /// Rejects a piece in exact form that the core does not accept. An error begins with the field.
+    pub fn check(&self) -> Result<(), String> {
+        self.piece()
+            .map(drop)
+            .map_err(|error| format!(".{}: {error}", field_of(&error).unwrap_or(self.field())))
     }
-}
 
-impl PieceEntry {
-    /// The part of a look and its place. An error begins with a field, or else with `: `.
-    pub fn part(&self, files: &Files<'_>) -> Result<PlacedForm, String> {
-        let named = |why: String| format!(".{why}");
-        let surface = self.surface.as_ref().map(|own| own.form(0.0)).transpose();
-        let surface = surface.map_err(|why| format!(".surface.{why}"))?;
-        let place = placed(self.position, self.attitude.as_ref()).map_err(named)?;
-        match (self.form(files).map_err(named)?, surface) {
+    /// Exact form of the part of a look. An error begins with a field, or else with `: `.
+    pub fn exact_part(self, files: &Files<'_>) -> Result<Self, String> {
+        let place = placed(self.position, self.attitude.as_ref());
+        let surface = self.surface.clone();
+        surface
+            .iter()
+            .try_for_each(SurfaceTable::check)
+            .map_err(|why| format!(".surface.{why}"))?;
+        let exact = self.exact_form(files).map_err(|why| format!(".{why}"))?;
+        let place = place.map_err(|why| format!(".{why}"))?;
+        match (exact, surface) {
             (Some(form), None) => {
-                let part = PlacedForm { form, place };
-                part.piece().map_err(|error| format!(".{}: {error}", part.form.field()))?;
+                let part = form.placed_at(&place);
+                part.piece().map_err(|error| format!(".{}: {error}", part.field()))?;
                 Ok(part)
             }
-            (None, Some(form)) => Ok(PlacedForm { form, place }),
+            (None, surface @ Some(_)) => Ok(Self { surface, ..Self::default() }.placed_at(&place)),
             _ => Err(format!(": {ONE_SHAPE}, or a surface")),
         }
     }
 
-    /// Number of triangles of its mesh.
+    /// Number of triangles of its surface.
     pub fn triangles(&self) -> usize {
         self.surface.as_ref().map_or(0, |surface| surface.triangles.len())
-    }
-
-    /// Entry of the part of a look, whose mesh need not be convex.
-    pub fn of_look(part: &PlacedForm) -> Self {
-        let mut entry = Self::from(part);
-        if let Some(MeshValue::Own(surface)) = entry.mesh.take() {
-            entry.surface = Some(surface);
-        }
-        entry
     }
 }
 
@@ -492,20 +429,11 @@ pub fn plain(points: &[Numbers<3>]) -> Vec<[f64; 3]> {
 /// Maximum size of a mesh file (bytes).
 const LARGEST_MESH: u64 = 32 << 20;
 
-/// Convex mesh of a file.
-fn mesh(files: &Files<'_>, name: &str, scale: f64, radius: f64) -> Result<ModelForm, String> {
-    let mesh = read_mesh(files, name, scale)?;
-    // Checks convexity here so that the error has the name of the file.
-    mesh.hull().map_err(|error| in_mesh(files, name, &error))?;
-    Ok(surface(&mesh, radius))
-}
-
 /// Triangles of a mesh.
-pub fn surface(mesh: &Mesh, radius: f64) -> ModelForm {
-    ModelForm::Mesh {
-        vertices: mesh.vertices().iter().map(|&vertex| vertex.into()).collect(),
-        triangles: mesh.triangles().to_vec(),
-        radius,
+pub fn surface(mesh: &Mesh) -> SurfaceTable {
+    SurfaceTable {
+        vertices: mesh.vertices().iter().map(numbers).collect(),
+        triangles: mesh.triangles().iter().copied().map(Exactly).collect(),
         colour: None,
     }
 }
@@ -555,16 +483,16 @@ pub const ONE_SHAPE: &str =
 pub fn placed(
     position: Option<Numbers<3>>,
     attitude: Option<&AttitudeEntry>,
-) -> Result<ModelPlace, String> {
+) -> Result<Place, String> {
     let position = position.map_or([0.0; 3], |position| position.0);
     if !position.iter().all(|coordinate| coordinate.abs() <= 1e4) {
         return Err("position: coordinates from -1e4 to 1e4 m are needed".to_owned());
     }
     let attitude = match attitude.map(AttitudeEntry::quaternion) {
-        None => ModelPlace::ORIGIN.attitude,
+        None => Place::ORIGIN.attitude,
         Some(Ok(Some(quaternion))) => quaternion,
         Some(Ok(None)) => return Err("attitude: only bodies can have a random one".to_owned()),
         Some(Err(why)) => return Err(format!("attitude: {why}")),
     };
-    Ok(ModelPlace { position, attitude })
+    Ok(Place { position, attitude })
 }

@@ -1,8 +1,10 @@
 //! Documents in exact form: one entry for each body, object and joint, with all numbers.
 
-use super::entries::{AttitudeEntry, BodyEntry, Files, FixedEntry, LookValue, PieceEntry, plain};
+use super::entries::{AttitudeEntry, BodyEntry, FixedEntry, LookValue, PieceEntry, plain};
 use super::gears::GearEntry;
 use super::joints::{JointEntry, MotorEntry};
+use crate::bodies::place::Place;
+use crate::bodies::shape::BodyShape;
 use crate::choices::StartFrame;
 use crate::coefficients::Each;
 use crate::document::Document;
@@ -17,7 +19,6 @@ use tumble_core::world::Coefficient;
 use tumble_model::failure::Failure;
 use tumble_model::fields::{Exactly, numbers};
 use tumble_model::joint::JointKind;
-use tumble_model::shape::{ModelPlace, ModelShape, PlacedForm};
 
 /// Owner of a surface, by the indices of the entries. Pieces of fixed objects are counted one by one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -141,9 +142,9 @@ impl Document {
         }
     }
 
-    /// Entry of the fixed piece `index`, and its place in the object.
-    pub fn fixed_entry(&self, mut index: usize) -> Option<&FixedEntry> {
-        self.fixed.iter().find(|entry| {
+    /// Index of the entry with the fixed piece `index`.
+    fn fixed_entry(&self, mut index: usize) -> Option<usize> {
+        self.fixed.iter().position(|entry| {
             let is_here = index < entry.count();
             index = index.saturating_sub(entry.count());
             is_here
@@ -156,7 +157,7 @@ impl Document {
             Owner::Ground => Some("ground"),
             Owner::Body(index) => self.bodies.get(index).map(BodyEntry::name),
             Owner::Terrain(index) => self.terrain.get(index).and_then(|of| of.name.as_deref()),
-            Owner::Fixed(index) => match self.fixed_entry(index) {
+            Owner::Fixed(index) => match self.fixed_entry(index).map(|entry| &self.fixed[entry]) {
                 Some(entry) if entry.count() > 1 => return format!("fixed[{index}]"),
                 entry => entry.map(FixedEntry::name),
             },
@@ -167,7 +168,7 @@ impl Document {
     /// Name of an owner. Pieces have the name of their object.
     pub fn object_name(&self, owner: Owner) -> String {
         match owner {
-            Owner::Fixed(index) => self.fixed_entry(index).map_or("", FixedEntry::name).to_owned(),
+            Owner::Fixed(index) => self.fixed_names().nth(index).unwrap_or_default().to_owned(),
             other => self.name_of(other),
         }
     }
@@ -181,31 +182,14 @@ impl Document {
     ///
     /// # Errors
     /// No or several shapes.
-    pub fn shape_of(&self, body: &BodyEntry) -> Result<ModelShape, String> {
+    pub fn shape_of(&self, body: &BodyEntry) -> Result<BodyShape, String> {
         let owner = body.shape.as_deref().map_or(Some(body), |name| self.first(name));
         let owner = owner.ok_or_else(|| "shape: no such body".to_owned())?;
         match (&owner.points, &owner.pieces) {
-            (Some(points), None) => Ok(ModelShape::Points(plain(points))),
-            (None, Some(pieces)) => {
-                let pieces = pieces.iter().map(|piece| piece.placed(&Files::none()));
-                Ok(ModelShape::Pieces(pieces.collect::<Result<_, _>>()?))
-            }
+            (Some(points), None) => Ok(BodyShape::Points(plain(points))),
+            (None, Some(pieces)) => Ok(BodyShape::Pieces(pieces.clone())),
             _ => Err("shape: points or pieces are needed".to_owned()),
         }
-    }
-
-    /// Parts of the visual shape of the body `index`, if it has one.
-    ///
-    /// # Errors
-    /// An invalid part; the sentence begins with its place.
-    pub fn looks(&self, index: usize) -> Result<Option<Vec<PlacedForm>>, String> {
-        let Some(look) = self.bodies.get(index).and_then(|body| self.look_of(body)) else {
-            return Ok(None);
-        };
-        let part = |(number, part): (usize, &PieceEntry)| {
-            part.part(&Files::none()).map_err(|why| format!("[{number}]{why}"))
-        };
-        look.iter().enumerate().map(part).collect::<Result<_, _>>().map(Some)
     }
 
     /// Visual shape of a body, if it has one.
@@ -218,14 +202,12 @@ impl Document {
     }
 
     /// Adds a body with this shape. A shape that an earlier body has is written once.
-    pub fn add_body(&mut self, mut body: BodyEntry, shape: &ModelShape) {
+    pub fn add_body(&mut self, mut body: BodyEntry, shape: BodyShape) {
         match shape {
-            ModelShape::Points(points) => {
-                body.points = Some(points.iter().copied().map(Exactly).collect());
+            BodyShape::Points(points) => {
+                body.points = Some(points.into_iter().map(Exactly).collect());
             }
-            ModelShape::Pieces(pieces) => {
-                body.pieces = Some(pieces.iter().map(PieceEntry::from).collect());
-            }
+            BodyShape::Pieces(pieces) => body.pieces = Some(pieces),
         }
         let is_same = |known: &&BodyEntry| {
             known.shape.is_none() && known.pieces == body.pieces && known.points == body.points
@@ -242,13 +224,9 @@ impl Document {
             Owner::Ground => self.ground.as_mut()?.coefficient_mut(of),
             Owner::Body(index) => self.bodies.get_mut(index)?.coefficient_mut(of),
             Owner::Terrain(index) => self.terrain.get_mut(index)?.coefficient_mut(of),
-            Owner::Fixed(mut index) => {
-                let entry = self.fixed.iter_mut().find(|entry| {
-                    let is_here = index < entry.count();
-                    index = index.saturating_sub(entry.count());
-                    is_here
-                });
-                entry?.coefficient_mut(of)
+            Owner::Fixed(index) => {
+                let entry = self.fixed_entry(index)?;
+                self.fixed[entry].coefficient_mut(of)
             }
         })
     }
@@ -301,29 +279,17 @@ impl Document {
         let gone = self.bodies.remove(index);
         let name = gone.name();
         // The next body with its shape or look has it from now on.
-        let mut heir: Option<Option<String>> = None;
-        for body in self.bodies.iter_mut().filter(|body| body.shape.as_deref() == Some(name)) {
-            match &heir {
-                Some(heir) => body.shape.clone_from(heir),
-                None => {
-                    body.shape = None;
-                    body.pieces.clone_from(&gone.pieces);
-                    body.points.clone_from(&gone.points);
-                    heir = Some(body.name.clone());
-                }
-            }
+        let mut shapes = self.bodies.iter_mut().filter(|body| body.shape.as_deref() == Some(name));
+        if let Some(heir) = shapes.next() {
+            (heir.shape, heir.pieces, heir.points) =
+                (None, gone.pieces.clone(), gone.points.clone());
+            shapes.for_each(|body| body.shape.clone_from(&heir.name));
         }
-        let mut heir: Option<String> = None;
-        let has_look =
-            |look: &Option<LookValue>| matches!(look, Some(LookValue::Of(of)) if of == name);
-        for body in self.bodies.iter_mut().filter(|body| has_look(&body.look)) {
-            match &heir {
-                Some(heir) => body.look = Some(LookValue::Of(heir.clone())),
-                None => {
-                    body.look.clone_from(&gone.look);
-                    heir.clone_from(&body.name);
-                }
-            }
+        let look = Some(LookValue::Of(name.to_owned()));
+        let mut looks = self.bodies.iter_mut().filter(|body| body.look == look);
+        if let Some(heir) = looks.next() {
+            heir.look.clone_from(&gone.look);
+            looks.for_each(|body| body.look = heir.name.clone().map(LookValue::Of));
         }
         let stays = |between: &Exactly<String, 2>| between.0.iter().all(|of| of != name);
         for pairs in [&mut self.friction, &mut self.restitution] {
@@ -427,7 +393,7 @@ impl Document {
     pub fn start_at(&mut self, states: &[State], time: f64) -> Result<(), Failure> {
         self.set_starts(states);
         for ((_, knots), entry) in self.courses()?.into_iter().zip(&mut self.driven) {
-            entry.set_frame(ModelPlace::from_frame(&knots.at(time)));
+            entry.set_frame(Place::from_frame(&knots.at(time)));
         }
         Ok(())
     }
@@ -525,7 +491,7 @@ impl BodyEntry {
     pub fn start(&self) -> State {
         let attitude = match self.attitude.as_ref().map(AttitudeEntry::quaternion) {
             Some(Ok(Some(quaternion))) => quaternion,
-            _ => ModelPlace::ORIGIN.attitude,
+            _ => Place::ORIGIN.attitude,
         };
         let rate =
             |rate: Option<Exactly<f64, 3>>| rate.map_or(Vector3::zeros(), |rate| rate.0.into());
@@ -553,7 +519,7 @@ impl BodyEntry {
     ///
     /// # Errors
     /// The errors of the core for invalid properties.
-    pub fn rigid_body(&self, shape: &ModelShape) -> Result<RigidBody, Error> {
+    pub fn rigid_body(&self, shape: &BodyShape) -> Result<RigidBody, Error> {
         let body = shape.body(self.mass(), self.inertia(), &self.centre())?;
         let body = match self.friction {
             Some(friction) => body.with_friction(friction)?,

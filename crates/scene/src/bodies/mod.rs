@@ -18,6 +18,8 @@ pub mod gears;
 mod groups;
 pub mod joints;
 pub mod masses;
+pub mod place;
+pub mod shape;
 pub mod terrain;
 mod world;
 
@@ -129,9 +131,9 @@ pub fn with_body(scene: &Scene, entry: BodyEntry, files: Files<'_>) -> Result<Sc
 ///
 /// # Errors
 /// The first invalid value.
-pub fn piece(entry: &PieceEntry, files: Files<'_>) -> Result<Piece, Failure> {
-    let placed = entry.placed(&files).map_err(|why| Failure::Input(format!("piece{why}")))?;
-    Ok(placed.piece()?)
+pub fn piece(entry: PieceEntry, files: Files<'_>) -> Result<Piece, Failure> {
+    let exact = entry.exact(&files).map_err(|why| Failure::Input(format!("piece{why}")))?;
+    Ok(exact.piece()?)
 }
 
 /// Returns `scene` without the body `index` and its joints.

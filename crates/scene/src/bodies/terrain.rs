@@ -3,15 +3,13 @@
 use super::entries::{AttitudeEntry, Files, in_mesh, read_triangles};
 use crate::coefficients::{table, with_coefficients};
 use nalgebra::{Matrix3, Vector3};
-use serde::ser::Error as _;
-use serde::{Deserialize, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use tumble_core::error::Error;
 use tumble_core::geometry::Terrain;
 use tumble_core::geometry::mesh::{facets_of_obj, facets_of_stl};
 use tumble_core::geometry::terrain::{HeightField, Surface, TerrainShape};
 use tumble_core::mechanics::quaternion::rotation;
-use tumble_core::world::Coefficient;
 use tumble_model::fields::{Exactly, Numbers, matrix, numbers, table_if_any};
 use tumble_model::heights::HeightGrid;
 use tumble_model::packed::{pack_floats, pack_indices, unpack_floats, unpack_indices};
@@ -37,6 +35,9 @@ with_coefficients!(table, f64, TerrainEntry, "a table [[terrain]]" {
     friction: Option<f64>,
     groups: Option<Vec<String>>,
     collides_with: Option<Vec<String>>,
+    /// Terrain of an entry in exact form.
+    #[serde(skip)]
+    made: Option<Arc<Terrain>>,
 });
 
 /// Heights of a field.
@@ -49,8 +50,6 @@ pub enum HeightsEntry {
     File(String),
     Rows(Vec<Vec<f64>>),
     Packed(PackedTable),
-    #[serde(skip_deserializing, serialize_with = "written_heights")]
-    Made(Arc<Terrain>),
 }
 
 /// Heights as little-endian bytes, compressed by deflate, in Base64. The Python package writes them.
@@ -85,8 +84,6 @@ pub struct TrianglesTable {
 pub enum VerticesEntry {
     Packed(String),
     List(Vec<Numbers<3>>),
-    #[serde(skip_deserializing, serialize_with = "written_vertices")]
-    Made(Arc<Terrain>),
 }
 
 /// Indices of vertices, or packed numbers of 4 bytes.
@@ -95,52 +92,12 @@ pub enum VerticesEntry {
 pub enum TrianglesEntry {
     Packed(String),
     List(Vec<Exactly<u32, 3>>),
-    #[serde(skip_deserializing, serialize_with = "written_triangles")]
-    Made(Arc<Terrain>),
-}
-
-/// Field of heights of a terrain.
-fn field_of(terrain: &Terrain) -> Result<&HeightField, String> {
-    match terrain.shape() {
-        TerrainShape::Field(field) => Ok(field),
-        TerrainShape::Mesh(_) => Err("heights: it is a surface of triangles".to_owned()),
-    }
-}
-
-/// Surface of triangles of a terrain.
-fn mesh_of(terrain: &Terrain) -> Result<&Surface, String> {
-    match terrain.shape() {
-        TerrainShape::Mesh(mesh) => Ok(mesh),
-        TerrainShape::Field(_) => Err("surface: it is a field of heights".to_owned()),
-    }
-}
-
-/// Writes the heights of a field, packed.
-fn written_heights<S: Serializer>(terrain: &Terrain, serializer: S) -> Result<S::Ok, S::Error> {
-    let field = field_of(terrain).map_err(S::Error::custom)?;
-    let packed = pack_floats(field.heights().iter().copied()).map_err(S::Error::custom)?;
-    PackedTable { columns: field.columns(), packed }.serialize(serializer)
-}
-
-/// Writes the vertices of a surface, packed.
-fn written_vertices<S: Serializer>(terrain: &Terrain, serializer: S) -> Result<S::Ok, S::Error> {
-    let mesh = mesh_of(terrain).map_err(S::Error::custom)?;
-    let packed = pack_floats(mesh.vertices().iter().flatten().copied());
-    packed.map_err(S::Error::custom)?.serialize(serializer)
-}
-
-/// Writes the triangles of a surface, packed.
-fn written_triangles<S: Serializer>(terrain: &Terrain, serializer: S) -> Result<S::Ok, S::Error> {
-    let mesh = mesh_of(terrain).map_err(S::Error::custom)?;
-    let packed = pack_indices(mesh.triangles().iter().flatten().copied());
-    packed.map_err(S::Error::custom)?.serialize(serializer)
 }
 
 impl TrianglesTable {
     fn vertices(&self) -> Result<Vec<Vector3<f64>>, String> {
         match &self.vertices {
             VerticesEntry::List(list) => Ok(list.iter().map(|at| at.0.into()).collect()),
-            VerticesEntry::Made(terrain) => Ok(mesh_of(terrain)?.vertices().to_vec()),
             VerticesEntry::Packed(text) => {
                 let numbers = unpack_floats(text).map_err(|why| format!("vertices: {why}"))?;
                 Ok(numbers.as_chunks::<3>().0.iter().copied().map(Vector3::from).collect())
@@ -151,7 +108,6 @@ impl TrianglesTable {
     fn triangles(&self) -> Result<Vec<[u32; 3]>, String> {
         match &self.triangles {
             TrianglesEntry::List(list) => Ok(list.iter().map(|three| three.0).collect()),
-            TrianglesEntry::Made(terrain) => Ok(mesh_of(terrain)?.triangles().to_vec()),
             TrianglesEntry::Packed(text) => {
                 let numbers = unpack_indices(text).map_err(|why| format!("triangles: {why}"))?;
                 Ok(numbers.as_chunks::<3>().0.to_vec())
@@ -162,50 +118,58 @@ impl TrianglesTable {
 
 impl TerrainEntry {
     /// Entry of a `terrain` in exact form.
-    pub fn made(name: String, terrain: &Arc<Terrain>) -> Self {
-        Self::default().exact(name, terrain)
+    pub fn made(name: String, terrain: Terrain) -> Self {
+        Self { name: Some(name), made: Some(Arc::new(terrain)), ..Self::default() }
     }
 
     /// Exact form of this entry, whose terrain is `terrain`.
-    pub fn exact(&self, name: String, terrain: &Arc<Terrain>) -> Self {
-        let mut own = Self { name: Some(name), ..Self::default() };
-        for (of, value) in Coefficient::ALL.into_iter().zip(self.coefficients()) {
-            *own.coefficient_mut(of) = value.copied();
+    pub fn exact(self, name: String, terrain: Arc<Terrain>) -> Self {
+        Self {
+            name: Some(name),
+            made: Some(terrain),
+            heights: None,
+            spacing: None,
+            mesh: None,
+            surface: None,
+            scale: None,
+            position: None,
+            corner: None,
+            attitude: None,
+            turned: None,
+            ..self
         }
-        own.friction = self.friction;
-        own.groups.clone_from(&self.groups);
-        own.collides_with.clone_from(&self.collides_with);
-        match terrain.shape() {
-            TerrainShape::Field(field) => {
-                let turned: [[f64; 3]; 3] = field.rotation().transpose().into();
-                own.heights = Some(HeightsEntry::Made(Arc::clone(terrain)));
-                own.spacing = Some(SpacingEntry::Each(Exactly(field.spacing())));
-                own.corner = Some(numbers(field.position()));
-                own.turned = Some(Exactly(turned.map(Exactly)));
-            }
-            TerrainShape::Mesh(_) => {
-                let vertices = VerticesEntry::Made(Arc::clone(terrain));
-                let triangles = TrianglesEntry::Made(Arc::clone(terrain));
-                own.surface = Some(TrianglesTable { vertices, triangles });
-            }
-        }
-        own
     }
 
-    /// Terrain that the entry was made of.
-    fn known(&self) -> Option<&Arc<Terrain>> {
-        match (&self.heights, &self.surface) {
-            (Some(HeightsEntry::Made(terrain)), _)
-            | (_, Some(TrianglesTable { vertices: VerticesEntry::Made(terrain), .. })) => {
-                Some(terrain)
+    /// Writes the terrain of an entry in exact form into its fields, packed.
+    ///
+    /// # Errors
+    /// Too many numbers for the memory.
+    pub fn pack(&mut self) -> Result<(), String> {
+        match self.made.as_ref().map(|terrain| terrain.shape()) {
+            Some(TerrainShape::Field(field)) => {
+                let turned: [[f64; 3]; 3] = field.rotation().transpose().into();
+                let packed = pack_floats(field.heights().iter().copied())?;
+                let columns = field.columns();
+                self.heights = Some(HeightsEntry::Packed(PackedTable { columns, packed }));
+                self.spacing = Some(SpacingEntry::Each(Exactly(field.spacing())));
+                self.corner = Some(numbers(field.position()));
+                self.turned = Some(Exactly(turned.map(Exactly)));
             }
-            _ => None,
+            Some(TerrainShape::Mesh(mesh)) => {
+                let vertices = pack_floats(mesh.vertices().iter().flatten().copied())?;
+                let triangles = pack_indices(mesh.triangles().iter().flatten().copied())?;
+                let vertices = VerticesEntry::Packed(vertices);
+                let triangles = TrianglesEntry::Packed(triangles);
+                self.surface = Some(TrianglesTable { vertices, triangles });
+            }
+            None => {}
         }
+        Ok(())
     }
 
     /// Makes the terrain. The sentence of an error begins with the field.
     pub fn terrain(&self, files: &Files<'_>) -> Result<Arc<Terrain>, String> {
-        if let Some(terrain) = self.known() {
+        if let Some(terrain) = &self.made {
             return Ok(Arc::clone(terrain));
         }
         let exact = self.turned.as_ref().map(matrix);
@@ -267,7 +231,6 @@ impl TerrainEntry {
             None => return Err("spacing: the distance of the heights (m) is needed".to_owned()),
         };
         let grid = match heights {
-            HeightsEntry::Made(terrain) => return Ok(field_of(terrain)?.clone().into()),
             HeightsEntry::Rows(rows) => {
                 HeightGrid::from_rows(rows).map_err(|why| format!("heights: {why}"))?
             }

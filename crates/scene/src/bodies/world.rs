@@ -4,7 +4,6 @@ use super::entries::{BodyEntry, Files, PairEntry};
 use super::exact::{Collider, NameIndex};
 use super::joints::JointEntry;
 use crate::document::Document;
-use std::sync::Arc;
 use tumble_core::error::Error;
 use tumble_core::joint::{Gear, Joint};
 use tumble_core::mechanics::RigidBody;
@@ -76,19 +75,16 @@ impl Document {
     /// Adds fixed pieces and terrains to `world`.
     fn with_fixed(&self, world: World) -> Result<World, Failure> {
         let mut fixed = Vec::with_capacity(self.fixed_count());
-        for (index, entry) in self.fixed.iter().enumerate() {
+        for entry in &self.fixed {
             for piece in entry.pieces.iter().flatten() {
-                let placed = piece.placed(&Files::none());
-                let placed =
-                    placed.map_err(|why| Failure::Input(format!("fixed[{index}]{why}")))?;
-                fixed.push(Fixed { piece: placed.piece()?, friction: entry.friction });
+                fixed.push(Fixed { piece: piece.piece()?, friction: entry.friction });
             }
         }
         let terrain = |(index, entry): (usize, &super::terrain::TerrainEntry)| {
             let terrain = entry.terrain(&Files::none());
             let terrain =
                 terrain.map_err(|why| Failure::Input(format!("terrain[{index}].{why}")))?;
-            Ok(FixedTerrain { terrain: Arc::clone(&terrain), friction: entry.friction })
+            Ok(FixedTerrain { terrain, friction: entry.friction })
         };
         let terrains = self.terrain.iter().enumerate().map(terrain);
         let terrains: Result<Vec<_>, Failure> = terrains.collect();

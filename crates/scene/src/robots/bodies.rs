@@ -3,14 +3,14 @@
 use super::forms::{equivalent, fit, form_of, scene_form};
 use super::touching::friction_of;
 use super::{Assembled, Carried, Placing, place_of};
-use crate::bodies::entries::{BodyEntry, LookValue, PieceEntry};
+use crate::bodies::entries::{BodyEntry, LookValue, PieceEntry, SurfaceTable};
+use crate::bodies::shape::BodyShape;
 use crate::document::Document;
 use crate::tables::LoadTable;
 use nalgebra::Vector3;
 use tumble_core::mechanics::{Load, Polyline};
 use tumble_model::colour::Colour;
-use tumble_model::fields::numbers;
-use tumble_model::shape::{ModelForm, ModelShape, PlacedForm};
+use tumble_model::fields::{Exactly, numbers};
 use tumble_robot::LinkFrame;
 use tumble_robot::model::{LinkMass, LookForm, Robot, RobotForm, RobotLook, RobotShape};
 use tumble_robot::motion::RobotMotion;
@@ -57,7 +57,6 @@ impl Assembled {
             let held = self.held_up(place, document.gravity(), share);
             // The first body of a group carries its visual geometry.
             let look = self.look_of(place, placing);
-            let look = look.map(|look| look.iter().map(PieceEntry::of_look).collect());
             let mut look = look.map(LookValue::Parts);
             for (number, part) in self.bodies[place].parts.iter().enumerate() {
                 let name = self.part_name(link, number);
@@ -81,7 +80,7 @@ impl Assembled {
                 body.set_mass(mass.mass * share, &(mass.inertia * share));
                 body.set_start(&start);
                 body.rigid_body(&shape).map_err(|error| wrong(error.to_string()))?;
-                document.add_body(body, &shape);
+                document.add_body(body, shape);
             }
         }
         self.robot.notes.extend(notes);
@@ -160,33 +159,33 @@ impl Assembled {
         part: &[usize],
         mass: &LinkMass,
         placing: &Placing,
-    ) -> Result<(ModelShape, Option<String>, bool), String> {
+    ) -> Result<(BodyShape, Option<String>, bool), String> {
         let placed = |shape: &RobotShape| {
             let form = form_of(shape, placing.sides)?;
-            Ok(form.map(|form| PlacedForm { form, place: place_of(&self.in_body(shape)) }))
+            Ok(form.map(|form| form.placed_at(&place_of(&self.in_body(shape)))))
         };
         let wrong = |why: tumble_core::error::Error| {
             format!("{}: {why}", self.robot.links[self.bodies[place].link].at)
         };
         let all = |shapes: &mut dyn Iterator<Item = &RobotShape>| {
-            let placed: Result<Vec<Option<PlacedForm>>, String> = shapes.map(placed).collect();
+            let placed: Result<Vec<Option<PieceEntry>>, String> = shapes.map(placed).collect();
             Ok::<Vec<_>, String>(placed?.into_iter().flatten().collect())
         };
         if !part.is_empty() {
             let mut touching = all(&mut part.iter().map(|shape| &self.robot.shapes[*shape]))?;
             let note = fit(&mut touching).map_err(wrong)?;
-            return Ok((ModelShape::Pieces(touching), note, true));
+            return Ok((BodyShape::Pieces(touching), note, true));
         }
         let own = |shape: &&RobotShape| self.links[shape.link].0 == Some(place);
         let mut seen = all(&mut self.robot.shapes.iter().filter(own))?;
         // Only drawn.
         fit(&mut seen).map_err(wrong)?;
         let pieces = if seen.is_empty() { vec![equivalent(mass)] } else { seen };
-        Ok((ModelShape::Pieces(pieces), None, false))
+        Ok((BodyShape::Pieces(pieces), None, false))
     }
 
     /// Visual geometry of a body whose links have any.
-    fn look_of(&self, place: usize, placing: &Placing) -> Option<Vec<PlacedForm>> {
+    fn look_of(&self, place: usize, placing: &Placing) -> Option<Vec<PieceEntry>> {
         let is_own = |link: usize| self.links[link].0 == Some(place);
         let looks: Vec<_> = self.robot.looks.iter().filter(|look| is_own(look.link)).collect();
         if looks.is_empty() {
@@ -197,20 +196,21 @@ impl Assembled {
             self.robot.shapes.iter().filter(|shape| is_own(shape.link) && !has_look(shape.link));
         let shapes = shapes.filter_map(|shape| {
             let form = scene_form(&shape.form, placing.sides)?;
-            Some(PlacedForm { form, place: place_of(&self.in_body(shape)) })
+            Some(form.placed_at(&place_of(&self.in_body(shape))))
         });
         let seen = |look: &&RobotLook| {
             let form = match &look.seen {
                 LookForm::Form(form) => scene_form(form, placing.sides)?,
-                LookForm::Mesh(surface) => ModelForm::Mesh {
-                    vertices: surface.vertices.clone(),
-                    triangles: surface.triangles.clone(),
-                    radius: 0.0,
-                    colour: look.colour.map(Colour),
-                },
+                LookForm::Mesh(surface) => {
+                    let vertices = surface.vertices.iter().copied().map(Exactly).collect();
+                    let triangles = surface.triangles.iter().copied().map(Exactly).collect();
+                    let colour = look.colour.map(Colour);
+                    let surface = Some(SurfaceTable { vertices, triangles, colour });
+                    PieceEntry { surface, ..PieceEntry::default() }
+                }
             };
             let frame = self.links[look.link].1.then(&look.frame);
-            Some(PlacedForm { form, place: place_of(&frame) })
+            Some(form.placed_at(&place_of(&frame)))
         };
         Some(looks.iter().filter_map(seen).chain(shapes).collect())
     }

@@ -1,16 +1,18 @@
 //! Conversion of a robot's shapes to shapes of a scene, with a limit on contact points.
 
 use super::place_of;
+use crate::bodies::entries::{ConeTable, PieceEntry, TubeTable};
+use crate::tables::Sides;
 use nalgebra::Vector3;
 use tumble_core::error::Error;
 use tumble_decompose::{LEAST_CORNERS, reduced};
-use tumble_model::shape::{ModelForm, PlacedForm};
+use tumble_model::fields::numbers;
 use tumble_robot::LinkFrame;
 use tumble_robot::frame::attitude_from_matrix;
 use tumble_robot::model::{LinkMass, RobotForm, RobotShape};
 
 /// Scene geometry of a shape; `None` for a plane without contacts.
-pub(super) fn form_of(shape: &RobotShape, sides: usize) -> Result<Option<ModelForm>, String> {
+pub(super) fn form_of(shape: &RobotShape, sides: usize) -> Result<Option<PieceEntry>, String> {
     let form = scene_form(&shape.form, sides);
     match shape.form {
         _ if form.is_some() || shape.groups == [0, 0] => Ok(form),
@@ -19,21 +21,26 @@ pub(super) fn form_of(shape: &RobotShape, sides: usize) -> Result<Option<ModelFo
 }
 
 /// Scene geometry; `None` for a plane and a height field.
-pub(super) fn scene_form(form: &RobotForm, sides: usize) -> Option<ModelForm> {
+pub(super) fn scene_form(form: &RobotForm, sides: usize) -> Option<PieceEntry> {
+    let (none, some_sides) = (PieceEntry::default(), Some(sides));
+    let tube = |half: f64, radius: f64| Some(TubeTable { length: 2.0 * half, radius });
     Some(match form {
-        RobotForm::Sphere(radius) => ModelForm::Sphere { radius: *radius },
-        RobotForm::Capsule(half, radius) => {
-            ModelForm::Capsule { length: 2.0 * half, radius: *radius }
+        RobotForm::Sphere(radius) => PieceEntry { sphere: Some(*radius), ..none },
+        RobotForm::Capsule(half, radius) => PieceEntry { capsule: tube(*half, *radius), ..none },
+        RobotForm::Box(half) => {
+            PieceEntry { cuboid: Some(Sides::Box(numbers(&(half * 2.0)))), ..none }
         }
-        RobotForm::Box(half) => ModelForm::Box { sides: (half * 2.0).into() },
         RobotForm::Cylinder(half, radius) => {
-            ModelForm::Cylinder { length: 2.0 * half, radius: *radius, sides }
+            PieceEntry { cylinder: tube(*half, *radius), sides: some_sides, ..none }
         }
         RobotForm::Cone(half, radius) => {
-            ModelForm::Cone { height: 2.0 * half, radius: *radius, sides }
+            let cone = Some(ConeTable { height: 2.0 * half, radius: *radius });
+            PieceEntry { cone, sides: some_sides, ..none }
         }
-        RobotForm::Hull(points) => ModelForm::Hull { points: points.clone(), radius: 0.0 },
-        RobotForm::Ellipsoid(half) => ModelForm::Ellipsoid { half_axes: (*half).into(), sides },
+        RobotForm::Hull(points) => PieceEntry::from_hull(points.iter().copied()),
+        RobotForm::Ellipsoid(half) => {
+            PieceEntry { ellipsoid: Some(numbers(half)), sides: some_sides, ..none }
+        }
         RobotForm::Plane | RobotForm::Field(_) => return None,
     })
 }
@@ -45,16 +52,17 @@ const LEAST_SIDES: usize = 3;
 
 /// Reduces hulls if the shapes together exceed the point limit of a body. Returns a note in that
 /// case.
-pub(super) fn fit(shapes: &mut [PlacedForm]) -> Result<Option<String>, Error> {
-    let counts = shapes.iter().map(|shape| match &shape.form {
-        ModelForm::Box { .. } => 8,
-        ModelForm::Sphere { .. } => 1,
-        ModelForm::Capsule { .. } => 2,
-        ModelForm::Cylinder { sides, .. } => 2 * sides + 4,
-        ModelForm::Cone { sides, .. } => sides + 3,
-        ModelForm::Ellipsoid { .. } => 2,
-        ModelForm::Hull { points, .. } => points.len(),
-        ModelForm::Mesh { vertices, .. } => vertices.len(),
+pub(super) fn fit(shapes: &mut [PieceEntry]) -> Result<Option<String>, Error> {
+    let counts = shapes.iter().map(|shape| {
+        let sides = shape.sides.unwrap_or(0);
+        match shape.field() {
+            "box" => 8,
+            "sphere" => 1,
+            "capsule" | "ellipsoid" => 2,
+            "cylinder" => 2 * sides + 4,
+            "cone" => sides + 3,
+            _ => shape.hull.as_ref().map_or(0, Vec::len),
+        }
     });
     let counts: Vec<usize> = counts.collect();
     let within = |most: usize| counts.iter().map(|count| *count.min(&most)).sum::<usize>();
@@ -67,18 +75,14 @@ pub(super) fn fit(shapes: &mut [PlacedForm]) -> Result<Option<String>, Error> {
     };
     let mut farthest = 0.0_f64;
     for shape in shapes {
-        let points = match &mut shape.form {
-            ModelForm::Hull { points, .. } => points,
-            ModelForm::Cylinder { sides, .. } => {
-                *sides = (*sides).min((most.saturating_sub(4) / 2).max(LEAST_SIDES));
-                continue;
-            }
-            _ => continue,
-        };
+        if let (Some(_), Some(sides)) = (&shape.cylinder, &mut shape.sides) {
+            *sides = (*sides).min((most.saturating_sub(4) / 2).max(LEAST_SIDES));
+        }
+        let Some(points) = &mut shape.hull else { continue };
         if points.len() > most {
-            let all: Vec<_> = points.iter().copied().map(Vector3::from).collect();
+            let all: Vec<_> = points.iter().map(|point| point.0.into()).collect();
             let (piece, outside) = reduced(&all, most)?;
-            *points = piece.core().vertices().iter().map(|&corner| corner.into()).collect();
+            *points = piece.core().vertices().iter().map(numbers).collect();
             farthest = farthest.max(outside);
         }
     }
@@ -89,7 +93,7 @@ pub(super) fn fit(shapes: &mut [PlacedForm]) -> Result<Option<String>, Error> {
 }
 
 /// Drawing of a body without shapes: the box with its inertia, or a ball if no such box exists.
-pub(super) fn equivalent(mass: &LinkMass) -> PlacedForm {
+pub(super) fn equivalent(mass: &LinkMass) -> PieceEntry {
     let eigen = mass.inertia.symmetric_eigen();
     let moments = eigen.eigenvalues;
     let squares = Vector3::repeat(0.5 * moments.sum()) - moments;
@@ -101,9 +105,10 @@ pub(super) fn equivalent(mass: &LinkMass) -> PlacedForm {
     let attitude = attitude_from_matrix(&axes);
     let frame = LinkFrame { position: mass.centre, attitude };
     let form = if sides.min() > 1e-2 * sides.max() {
-        ModelForm::Box { sides: sides.into() }
+        PieceEntry { cuboid: Some(Sides::Box(numbers(&sides))), ..PieceEntry::default() }
     } else {
-        ModelForm::Sphere { radius: (2.5 * moments.max() / mass.mass).sqrt().max(1e-3) }
+        let radius = (2.5 * moments.max() / mass.mass).sqrt().max(1e-3);
+        PieceEntry { sphere: Some(radius), ..PieceEntry::default() }
     };
-    PlacedForm { form, place: place_of(&frame) }
+    form.placed_at(&place_of(&frame))
 }

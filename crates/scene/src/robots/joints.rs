@@ -6,13 +6,13 @@
 use super::{Assembled, Carried, Placing, place_of};
 use crate::bodies::entries::ApartEntry;
 use crate::bodies::joints::{JointEntry, MotorEntry};
+use crate::bodies::place::Place;
 use crate::document::Document;
 use nalgebra::Vector4;
 use std::collections::BTreeSet;
 use tumble_core::joint::{Gear, GearAxis};
 use tumble_core::simulation::JOINT_AT_THE_START;
 use tumble_model::joint::JointKind;
-use tumble_model::shape::ModelPlace;
 use tumble_robot::LinkFrame;
 use tumble_robot::frame::conjugated;
 use tumble_robot::joining::{Joined, drive, joined, sum_drive};
@@ -74,7 +74,7 @@ impl Assembled {
             }
             let drives = drives.collect::<Result<Vec<_>, _>>()?;
             let frames = [
-                ModelPlace { position: (anchor - centre).into(), attitude: attitude.into() },
+                Place { position: (anchor - centre).into(), attitude: attitude.into() },
                 place_of(&above),
             ];
             let bodies = names_of(document, body, other);
@@ -97,7 +97,7 @@ impl Assembled {
             for number in 1..parts.len() {
                 let name = self.part_name(*link, number);
                 let bodies = names_of(document, body + number, Some(*body));
-                let frames = [ModelPlace::ORIGIN; 2];
+                let frames = [Place::ORIGIN; 2];
                 let joint = JointEntry::made(name, JointKind::Fixed, bodies, frames, &[]);
                 document.joints.push(joint);
             }

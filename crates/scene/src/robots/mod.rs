@@ -9,6 +9,7 @@ mod states;
 mod touch;
 mod touching;
 
+use crate::bodies::place::Place;
 use crate::document::Document;
 use nalgebra::{Vector3, Vector4};
 use std::collections::{BTreeMap, BTreeSet};
@@ -17,7 +18,6 @@ use tumble_core::geometry::smooth::USUAL_SIDES;
 use tumble_core::joint::Drive;
 use tumble_core::mechanics::State;
 use tumble_model::nearest;
-use tumble_model::shape::ModelPlace;
 use tumble_model::shown;
 use tumble_robot::LinkFrame;
 use tumble_robot::joining::{drive, sum_drive};
@@ -503,6 +503,6 @@ fn long_names(robot: &Robot, prefix: &str) -> BTreeMap<String, String> {
     known
 }
 
-fn place_of(frame: &LinkFrame) -> ModelPlace {
-    ModelPlace { position: frame.position.into(), attitude: frame.attitude.into() }
+fn place_of(frame: &LinkFrame) -> Place {
+    Place { position: frame.position.into(), attitude: frame.attitude.into() }
 }

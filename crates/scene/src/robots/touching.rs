@@ -2,17 +2,15 @@
 
 use super::forms::form_of;
 use super::{Assembled, Carried, Placing, place_of};
-use crate::bodies::entries::{ApartEntry, FixedEntry, PairEntry, PieceEntry};
+use crate::bodies::entries::{ApartEntry, FixedEntry, PairEntry};
 use crate::bodies::exact::Owner;
 use crate::bodies::terrain::TerrainEntry;
 use crate::document::Document;
-use std::sync::Arc;
 use tumble_core::contact::Plane;
 use tumble_core::geometry::Terrain;
 use tumble_core::geometry::terrain::HeightField;
 use tumble_core::world::Coefficient;
 use tumble_model::fields::Exactly;
-use tumble_model::shape::PlacedForm;
 use tumble_robot::model::{PairFriction, RobotForm, RobotShape};
 
 /// Torsional and rolling friction, in the order of MJCF.
@@ -66,20 +64,20 @@ impl Assembled {
                     let field = field.moved_by(&frame.rotation(), &frame.position);
                     let field = field.map_err(|error| format!("{}: {error}", shape.at))?;
                     let name = self.piece_name(shape, &links, document);
-                    let made = TerrainEntry::made(name, &Arc::new(Terrain::from(field)));
+                    let made = TerrainEntry::made(name, Terrain::from(field));
                     document.terrain.push(TerrainEntry { friction: friction_of(shape), ..made });
                     Owner::Terrain(document.terrain.len() - 1)
                 }
                 None => {
                     let Some(form) = form_of(shape, placing.sides)? else { continue };
                     let frame = self.world().then(&self.in_body(shape));
-                    let piece = PlacedForm { form, place: place_of(&frame) };
+                    let piece = form.placed_at(&place_of(&frame));
                     piece.piece().map_err(|error| format!("{}: {error}", shape.at))?;
                     let name = self.piece_name(shape, &links, document);
                     links.push(shape.link);
                     document.fixed.push(FixedEntry {
                         name: Some(name),
-                        pieces: Some(vec![PieceEntry::from(&piece)]),
+                        pieces: Some(vec![piece]),
                         friction: friction_of(shape),
                         ..FixedEntry::default()
                     });

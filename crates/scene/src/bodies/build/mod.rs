@@ -17,6 +17,8 @@ use super::gears::{GearEntry, MOST_GEARS};
 use super::joints::{JointEntry, MotorEntry};
 use super::masses::{MILLIMETRES, mass_properties, size_of_large_part};
 use super::terrain::TerrainEntry;
+use crate::bodies::place::Place;
+use crate::bodies::shape::BodyShape;
 use crate::choices::StartFrame;
 use crate::coefficients::Each;
 use crate::document::{BODY, Document, USUAL_SEED};
@@ -33,7 +35,6 @@ use tumble_core::world::{Coefficient, Impacts};
 use tumble_decompose::DecompositionSettings;
 use tumble_model::failure::field_of;
 use tumble_model::fields::{Gravity, numbers};
-use tumble_model::shape::{ModelForm, ModelPlace, ModelShape, PlacedForm};
 use tumble_model::shown::{self, checked_name};
 
 /// Maximum number of triangles of all visual shapes.
@@ -211,7 +212,7 @@ impl<'a> Builder<'a> {
             Some(settings) => {
                 let mesh = self.decomposed(at, &mut entry, &settings)?;
                 self.notes.extend(mesh.note);
-                (ModelShape::Pieces(mesh.pieces), Some(mesh.solid), Some(mesh.surface))
+                (BodyShape::Pieces(mesh.pieces), Some(mesh.solid), Some(mesh.surface))
             }
         };
         let large = unscaled.and_then(|file| Some((file, size_of_large_part(&shape)?)));
@@ -234,12 +235,12 @@ impl<'a> Builder<'a> {
                     other => other.clone(),
                 }
             }
-            (Some(LookValue::Parts(parts)), _) => Some(LookValue::Parts(self.look(at, &parts)?)),
-            (None, Some(surface)) => Some(LookValue::Parts(vec![PieceEntry::of_look(&surface)])),
+            (Some(LookValue::Parts(parts)), _) => Some(LookValue::Parts(self.look(at, parts)?)),
+            (None, Some(surface)) => Some(LookValue::Parts(vec![surface])),
             (None, None) => None,
         };
         let attitude =
-            entry.attitude.as_ref().map_or(Ok(Some(ModelPlace::ORIGIN.attitude)), |turned| {
+            entry.attitude.as_ref().map_or(Ok(Some(Place::ORIGIN.attitude)), |turned| {
                 turned.quaternion().map_err(|why| named(format!("attitude: {why}")))
             })?;
         let jitter = match entry.jitter.take().unwrap_or(Jitter::Same(0.0)) {
@@ -249,9 +250,9 @@ impl<'a> Builder<'a> {
         if !jitter.iter().all(|size| (0.0..=1e4).contains(size)) {
             return Err(named("jitter: lengths from 0 to 1e4 m are needed".to_owned()));
         }
-        let place = ModelPlace {
+        let place = Place {
             position: entry.position.0,
-            attitude: attitude.unwrap_or(ModelPlace::ORIGIN.attitude),
+            attitude: attitude.unwrap_or(Place::ORIGIN.attitude),
         };
         let room = MOST_BODIES - self.document.bodies.len();
         let copies = copies(place, entry.copies.as_ref(), entry.ring.as_ref(), room, "bodies");
@@ -304,7 +305,7 @@ impl<'a> Builder<'a> {
             if template.shape.is_some() {
                 self.document.bodies.push(body);
             } else {
-                self.document.add_body(body, &shape);
+                self.document.add_body(body, shape.clone());
                 let known = self.document.bodies[index].shape.clone();
                 template.shape = known.or_else(|| Some(name.clone()));
             }
@@ -320,14 +321,14 @@ impl<'a> Builder<'a> {
     fn start(
         &self,
         frame: Option<StartFrame>,
-        place: &ModelPlace,
+        place: &Place,
         velocity: Vector3<f64>,
         spin: Vector3<f64>,
         centre: &Vector3<f64>,
     ) -> Result<State, String> {
         let ground = match (frame, &self.plane) {
             (Some(StartFrame::Centre), _) => {
-                let ModelPlace { position, attitude } = *place;
+                let Place { position, attitude } = *place;
                 let (position, attitude) = (position.into(), attitude.into());
                 return Ok(State { position, attitude, velocity, spin });
             }
@@ -344,9 +345,9 @@ impl<'a> Builder<'a> {
         at: &str,
         entry: &mut BodyEntry,
         known: Option<&BodyEntry>,
-    ) -> Result<ModelShape, String> {
+    ) -> Result<BodyShape, String> {
         let named = |why: String| format!("{at}.{why}");
-        let form = entry.take_form().form(&self.files).map_err(named)?;
+        let form = entry.take_form().exact_form(&self.files).map_err(named)?;
         let points = match (entry.points.take(), entry.point_mass) {
             (Some(_), Some(true)) => return Err(format!("{at}: {ONE_SHAPE_OF_A_BODY}")),
             (None, Some(true)) => Some(vec![[0.0; 3]]),
@@ -360,8 +361,8 @@ impl<'a> Builder<'a> {
             return self.document.shape_of(known).map_err(named);
         }
         match (points, is_formed) {
-            (None, true) => Ok(ModelShape::Pieces(self.pieces(at, form, entry.pieces.take())?)),
-            (Some(points), false) => Ok(ModelShape::Points(points)),
+            (None, true) => Ok(BodyShape::Pieces(self.pieces(at, form, entry.pieces.take())?)),
+            (Some(points), false) => Ok(BodyShape::Points(points)),
             _ => Err(format!("{at}: {ONE_SHAPE_OF_A_BODY}")),
         }
     }
@@ -384,21 +385,18 @@ impl<'a> Builder<'a> {
     fn pieces(
         &self,
         at: &str,
-        form: Option<ModelForm>,
+        form: Option<PieceEntry>,
         pieces: Option<Vec<PieceEntry>>,
-    ) -> Result<Vec<PlacedForm>, String> {
+    ) -> Result<Vec<PieceEntry>, String> {
         match (form, pieces) {
             (Some(form), None) => {
-                let form = PlacedForm { form, place: ModelPlace::ORIGIN };
-                form.piece().map_err(|error| {
-                    format!("{at}.{}: {error}", field_of(&error).unwrap_or(form.form.field()))
-                })?;
+                form.check().map_err(|why| format!("{at}{why}"))?;
                 Ok(vec![form])
             }
             (None, Some(entries)) if !entries.is_empty() => {
                 let piece = |(index, entry): (usize, PieceEntry)| {
-                    let placed = entry.placed(&self.files);
-                    placed.map_err(|why| format!("{at}.pieces[{index}]{why}"))
+                    let exact = entry.exact(&self.files);
+                    exact.map_err(|why| format!("{at}.pieces[{index}]{why}"))
                 };
                 entries.into_iter().enumerate().map(piece).collect()
             }
@@ -413,16 +411,14 @@ impl<'a> Builder<'a> {
     }
 
     /// Visual shape of a body, without files.
-    fn look(&self, at: &str, entries: &[PieceEntry]) -> Result<Vec<PieceEntry>, String> {
+    fn look(&self, at: &str, entries: Vec<PieceEntry>) -> Result<Vec<PieceEntry>, String> {
         if entries.is_empty() {
             return Err(format!("{at}.look: at least one part is needed"));
         }
-        let part = |(index, entry): (usize, &PieceEntry)| {
-            let part = entry.part(&self.files);
-            part.map(|part| PieceEntry::of_look(&part))
-                .map_err(|why| format!("{at}.look[{index}]{why}"))
+        let part = |(index, entry): (usize, PieceEntry)| {
+            entry.exact_part(&self.files).map_err(|why| format!("{at}.look[{index}]{why}"))
         };
-        entries.iter().enumerate().map(part).collect()
+        entries.into_iter().enumerate().map(part).collect()
     }
 
     /// Adds the pieces of one `[[fixed]]` table, for each copy.
@@ -436,9 +432,11 @@ impl<'a> Builder<'a> {
                 self.notes.extend(mesh.note);
                 mesh.pieces
             }
-            None => {
-                self.pieces(at, fields.form(&self.files).map_err(named)?, entry.pieces.take())?
-            }
+            None => self.pieces(
+                at,
+                fields.exact_form(&self.files).map_err(named)?,
+                entry.pieces.take(),
+            )?,
         };
         let place = placed(entry.position.take(), entry.attitude.take().as_ref()).map_err(named)?;
         let first = self.document.fixed_count();
@@ -454,14 +452,12 @@ impl<'a> Builder<'a> {
         for (number, copied) in copies.into_iter().enumerate() {
             let zero = Vector3::zeros();
             let start = self.start(frame, &copied.place, zero, zero, &zero).map_err(named)?;
-            let outer =
-                ModelPlace { position: start.position.into(), attitude: start.attitude.into() };
+            let outer = Place { position: start.position.into(), attitude: start.attitude.into() };
             let name = name_of(entry.name.as_deref(), "fixed", next, number, count);
-            let piece = |piece: &PlacedForm| {
-                let form = piece.form.clone();
-                let placed = PlacedForm { form, place: piece.place.within(&outer) };
+            let piece = |piece: &PieceEntry| {
+                let placed = piece.clone().placed_at(&piece.place().within(&outer));
                 placed.piece().map_err(|error| named(with_field(&error)))?;
-                Ok::<_, String>(PieceEntry::from(&placed))
+                Ok::<_, String>(placed)
             };
             let pieces = pieces.iter().map(piece).collect::<Result<Vec<_>, _>>()?;
             next += pieces.len();
@@ -495,8 +491,9 @@ impl<'a> Builder<'a> {
         self.document.add_groups(entry.groups.as_deref())?;
         self.refuse_coefficients(entry.coefficients(), entry.friction)?;
         let name = entry.name.clone().unwrap_or_else(|| format!("terrain-{index}"));
-        self.document.terrain.push(entry.exact(name, &terrain));
-        self.register(entry.name, vec![Owner::Terrain(index)])
+        let given = entry.name.clone();
+        self.document.terrain.push(entry.exact(name, terrain));
+        self.register(given, vec![Owner::Terrain(index)])
     }
 
     /// Adds the robots of `file`.

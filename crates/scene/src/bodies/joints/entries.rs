@@ -1,11 +1,11 @@
 //! Joint tables as deserialised.
 
 use crate::bodies::entries::AttitudeEntry;
+use crate::bodies::place::Place;
 use serde::{Deserialize, Serialize};
 use tumble_core::joint::{Drive, Middle};
 use tumble_model::fields::{Exactly, Numbers};
 use tumble_model::joint::JointKind;
-use tumble_model::shape::ModelPlace;
 
 /// Defines a table that has the fields of a drive and others.
 macro_rules! with_drive {
@@ -44,7 +44,7 @@ with_drive!(
         #[serde(rename = "type")]
         kind: JointKind,
         bodies: BodyNames,
-        frames: Option<Exactly<ModelPlace, 2>>,
+        frames: Option<Exactly<Place, 2>>,
         anchor: Option<Numbers<3>>,
         axis: Option<Numbers<3>>,
         attitude: Option<AttitudeEntry>,

@@ -10,6 +10,7 @@ pub use placed::{JointSide, JointStartFrame, anchor_in_range};
 
 use super::copies::name_of;
 use crate::bodies::entries::BodyEntry;
+use crate::bodies::place::Place;
 use entries::BodyNames;
 use nalgebra::{Vector3, Vector4};
 use placed::turned;
@@ -18,7 +19,6 @@ use tumble_core::joint::{Drive, Joint, Middle};
 use tumble_core::mechanics::quaternion::{left, rotation};
 use tumble_model::fields::{Exactly, Numbers};
 use tumble_model::joint::JointKind;
-use tumble_model::shape::ModelPlace;
 
 /// Maximum number of joints of a scene.
 const MOST_JOINTS: usize = 10_000;
@@ -39,7 +39,7 @@ impl JointEntry {
         name: String,
         kind: JointKind,
         bodies: Vec<String>,
-        frames: [ModelPlace; 2],
+        frames: [Place; 2],
         drives: &[Drive],
     ) -> Self {
         let (bodies, frames) = (BodyNames::List(bodies), Some(Exactly(frames)));
@@ -116,7 +116,7 @@ impl JointEntry {
         };
         let frames = self.frames.ok_or_else(|| "frames: they are needed".to_owned())?;
         let [x, y, z, rx, ry, rz] = self.kind.axes(drives, self.cone);
-        let joint = Joint::between(a, b, frames.0.each_ref().map(ModelPlace::frame))
+        let joint = Joint::between(a, b, frames.0.each_ref().map(Place::frame))
             .with_axes([x, y, z], [rx, ry, rz]);
         let joint = match self.kind {
             JointKind::Gimbal => joint.with_middle(self.middle.unwrap_or(Middle::STRAIGHT)),
@@ -288,7 +288,7 @@ impl JointEntry {
     /// Frames of the joint in both bodies.
     ///
     /// The frame in A is given. The frame in B is given too or follows from the initial states.
-    fn frames(&self, sides: &[JointSide<'_>; 2]) -> Result<[ModelPlace; 2], String> {
+    fn frames(&self, sides: &[JointSide<'_>; 2]) -> Result<[Place; 2], String> {
         if let Some(frames) = &self.frames {
             let others = [&self.anchor, &self.anchor_a, &self.anchor_b, &self.axis, &self.axis_a];
             let turns = [&self.attitude, &self.attitude_a, &self.attitude_b];
@@ -312,7 +312,7 @@ impl JointEntry {
                 a.name
             )
         };
-        let still = Vector4::from(ModelPlace::ORIGIN.attitude);
+        let still = Vector4::from(Place::ORIGIN.attitude);
         let in_world = turned("", self.axis.as_ref(), self.attitude.as_ref())?;
         let in_a = turned("_a", self.axis_a.as_ref(), self.attitude_a.as_ref())?;
         let in_b = turned("_b", self.axis_b.as_ref(), self.attitude_b.as_ref())?;
@@ -360,7 +360,7 @@ impl JointEntry {
                        anchor: Option<&Numbers<3>>,
                        attitude: Option<Vector4<f64>>| {
             let local = side.to_local(placed);
-            ModelPlace {
+            Place {
                 position: anchor
                     .map_or(local.position, |anchor| side.relative_to_centre(&anchor.0)),
                 attitude: attitude.map_or(local.attitude, Vector4::into),
