@@ -175,7 +175,7 @@ fn a_ball_rests_on_the_plane_of_its_world() {
         "<world name='w'><model name='ground'><static>1</static>{plane}</model>
          <model name='ball'><pose>0 0 0.5 0 0 0</pose>{ball}</model></world>"
     ));
-    assert_eq!(scene.model.bodies.len(), 1);
+    assert_eq!(scene.document.bodies.len(), 1);
     assert!((q[2] - 0.5).abs() < 1e-9, "{q:?}");
 }
 

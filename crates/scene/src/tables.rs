@@ -57,14 +57,14 @@ pub enum SolidInertia {
 }
 
 with_coefficients!(table, f64, GroundTable, "a table [ground]" {
-    none: Option<bool>,
-    slope: Option<f64>,
-    normal: Option<Numbers<3>>,
-    offset: Option<f64>,
     friction: f64,
     stick_speed: Option<StickSpeed>,
     restitution: Option<f64>,
     rebound_speed: Option<f64>,
+    slope: Option<f64>,
+    normal: Option<Numbers<3>>,
+    offset: Option<f64>,
+    none: Option<bool>,
 });
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -116,14 +116,7 @@ impl Assembled {
             }
         }
         let usual = document.friction_of_ground();
-        let own_frictions: Vec<_> = document
-            .colliders()
-            .flat_map(|of| of.owners.into_iter().map(move |owner| (owner, of.friction)))
-            .collect();
-        let own_friction = |of: Owner| {
-            let known = own_frictions.iter().find(|(owner, _)| *owner == of);
-            known.and_then(|(_, friction)| *friction).unwrap_or(usual)
-        };
+        let names: Vec<_> = owners.iter().map(|(owner, _)| document.name_of(*owner)).collect();
         for (index, (owner, shape)) in owners.iter().enumerate() {
             let Owner::Body(_) = *owner else { continue };
             for (other_index, (other, theirs)) in owners.iter().enumerate() {
@@ -137,8 +130,9 @@ impl Assembled {
                         self.robot.shapes[shape].own_friction(usual);
                     [torsional, rolling]
                 });
-                let between = Exactly([*owner, *other].map(|of| document.name_of(of)));
-                let [ours, theirs] = [*owner, *other].map(own_friction);
+                let between = Exactly([index, other_index].map(|of| names[of].clone()));
+                let [ours, theirs] = [*shape, *theirs]
+                    .map(|shape| friction_of(&self.robot.shapes[shape]).unwrap_or(usual));
                 let Some(PairFriction { sliding, torsional, rolling }) = friction else {
                     document.apart.push(ApartEntry { between });
                     continue;

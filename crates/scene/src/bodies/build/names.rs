@@ -2,7 +2,7 @@
 
 use super::Builder;
 use crate::bodies::entries::PairEntry;
-use crate::bodies::exact::Owner;
+use crate::bodies::exact::{Collider, Owner};
 use crate::robots::Assembled;
 use tumble_model::fields::Exactly;
 use tumble_model::nearest;
@@ -17,8 +17,8 @@ pub(super) struct Named {
 impl Named {
     /// True if its name is not that of a single object.
     fn is_group(&self, builder: &Builder<'_>) -> bool {
-        let of = builder.document.colliders().find(|of| of.name == self.name);
-        self.owners.len() > 1 && of.is_none_or(|of| of.owners != self.owners)
+        let is_this = |of: &Collider<'_>| of.name == self.name && of.owners == self.owners;
+        self.owners.len() > 1 && !builder.document.colliders().any(|of| is_this(&of))
     }
 }
 
