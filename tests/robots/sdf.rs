@@ -498,3 +498,14 @@ fn a_robot_with_rounded_angles_rests() {
         assert_eq!(record.gain(), None, "{angle}");
     }
 }
+
+/// Checks that a written centre of mass at the origin of the shape is read back, for pieces that are elsewhere.
+#[test]
+fn a_centre_of_mass_at_the_origin_is_written() {
+    let text = "[ground]\nfriction = 0.5\n[[bodies]]\nname = \"b\"\nmass = 1.0\ninertia = 0.1\n\
+                centre = [0, 0, 0]\npieces = [{ box = 0.2, position = [0.3, 0, 0] }]\nposition = [0, 0, 1]\n";
+    let none = |_: &Path, _: u64| Err(std::io::Error::other("there are no files"));
+    let scene = Scene::from_text(text, Path::new("b.toml"), &[], &none).unwrap();
+    let again = scene.clone().with_text(&scene.model_text().unwrap()).unwrap();
+    assert_eq!(again.world, scene.world);
+}

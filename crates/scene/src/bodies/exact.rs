@@ -41,9 +41,7 @@ pub struct Collider<'a> {
     pub name: &'a str,
     /// Body, pieces or terrain.
     pub owners: Vec<Owner>,
-    /// Own coefficient of friction.
-    pub friction: Option<f64>,
-    /// Own coefficients of other laws.
+    /// Own coefficients of laws.
     pub coefficients: Each<&'a f64>,
     /// Names of its groups.
     pub groups: &'a [String],
@@ -58,7 +56,6 @@ macro_rules! collider {
             table: ($table, $index),
             name: $entry.name.as_deref().unwrap_or_default(),
             owners: $owners,
-            friction: $entry.friction,
             coefficients: $entry.coefficients(),
             groups: $entry.groups.as_deref().unwrap_or_default(),
             collides_with: $entry.collides_with.as_deref(),
@@ -276,6 +273,9 @@ impl Document {
 
     /// Removes the body `index`, its pairs, the joints attached to it and their gears.
     pub fn leave_out(&mut self, index: usize) {
+        if index >= self.bodies.len() {
+            return;
+        }
         let gone = self.bodies.remove(index);
         let name = gone.name();
         // The next body with its shape or look has it from now on.
@@ -531,13 +531,17 @@ impl BodyEntry {
         }
     }
 
+    /// Name of the body that has its shape in numbers.
+    fn shape_owner(&self) -> Option<&str> {
+        self.shape.as_deref().or(self.name.as_deref())
+    }
+
     /// True if both have the same shape, mass properties and coefficients.
     pub fn is_like(&self, other: &Self) -> bool {
-        let of = |body: &Self| {
-            let coefficients = (body.friction, body.restitution);
-            (body.centre, body.mass, body.inertia.clone(), coefficients)
-        };
-        let shape = |body: &Self| body.shape.clone().or_else(|| body.name.clone());
-        shape(self) == shape(other) && of(self) == of(other)
+        self.mass == other.mass
+            && (self.centre, self.friction) == (other.centre, other.friction)
+            && self.restitution == other.restitution
+            && self.inertia == other.inertia
+            && self.shape_owner() == other.shape_owner()
     }
 }
