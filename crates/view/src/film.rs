@@ -110,7 +110,8 @@ impl Film {
                         return Ok(Shape::from(&piece));
                     };
                     let place = part.place();
-                    let (rotation, position) = (place.rotation(), Vector3::from(place.position));
+                    let rotation = place.rotation();
+                    let position = Vector3::from(place.position);
                     let corner = |at: &[f64; 3]| rotation * Vector3::from(*at) + position - centre;
                     let vertices = surface.vertices.iter().map(|at| corner(&at.0)).collect();
                     let triangles = surface.triangles.iter().map(|three| three.0).collect();

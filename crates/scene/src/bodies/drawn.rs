@@ -82,7 +82,8 @@ impl Document {
         let ground = self.plane().ok().flatten();
         let body = self.bodies.iter().find(|body| {
             let Some(drawn) = &body.drawn else { return false };
-            let (still, ground) = (Vector3::zeros(), ground.as_ref().filter(|_| drawn.ground));
+            let still = Vector3::zeros();
+            let ground = ground.as_ref().filter(|_| drawn.ground);
             let found = state_at(ground, &drawn.place(&mut draws), still, still, &body.centre());
             let start = body.start();
             let off = (found.position - start.position).amax();

@@ -104,16 +104,16 @@ impl Document {
     /// Bodies, fixed objects and terrains.
     pub fn colliders(&self) -> impl Iterator<Item = Collider<'_>> {
         let bodies = self.bodies.iter().enumerate();
-        let bodies = bodies.map(|(at, of)| collider!("bodies", at, of, vec![Owner::Body(at)]));
+        let bodies = bodies.map(|(at, body)| collider!("bodies", at, body, vec![Owner::Body(at)]));
         let mut next = 0;
-        let fixed = self.fixed.iter().enumerate().map(move |(at, of)| {
+        let fixed = self.fixed.iter().enumerate().map(move |(at, entry)| {
             let first = next;
-            next += of.count();
-            collider!("fixed", at, of, (first..next).map(Owner::Fixed).collect())
+            next += entry.count();
+            collider!("fixed", at, entry, (first..next).map(Owner::Fixed).collect())
         });
         let terrains = self.terrain.iter().enumerate();
         let terrains =
-            terrains.map(|(at, of)| collider!("terrain", at, of, vec![Owner::Terrain(at)]));
+            terrains.map(|(at, entry)| collider!("terrain", at, entry, vec![Owner::Terrain(at)]));
         bodies.chain(fixed).chain(terrains)
     }
 
@@ -235,7 +235,8 @@ impl Document {
     /// A joint or an axis that does not exist.
     pub fn set_motor(&mut self, joint: usize, axis: usize, motor: &Motor) -> Result<(), String> {
         let entry = self.joints.get_mut(joint).ok_or_else(|| "joint: unknown".to_owned())?;
-        let (kind, name) = (entry.kind, entry.name().unwrap_or_default().to_owned());
+        let kind = entry.kind;
+        let name = entry.name().unwrap_or_default().to_owned();
         let place = kind.driven().iter().position(|(_, known)| *known == axis);
         let place = place.ok_or_else(|| format!("axis of {name}: unknown"))?;
         let axis = kind.driven()[place].0;
@@ -291,12 +292,12 @@ impl Document {
             heir.look.clone_from(&gone.look);
             looks.for_each(|body| body.look = heir.name.clone().map(LookValue::Of));
         }
-        let stays = |between: &Exactly<String, 2>| between.0.iter().all(|of| of != name);
+        let stays = |between: &Exactly<String, 2>| between.0.iter().all(|body| body != name);
         for pairs in [&mut self.friction, &mut self.restitution] {
             pairs.retain(|pair| stays(&pair.between));
         }
-        for of in Coefficient::ALL {
-            if let Some(pairs) = self.coefficient_mut(of) {
+        for law in Coefficient::ALL {
+            if let Some(pairs) = self.coefficient_mut(law) {
                 pairs.retain(|pair| stays(&pair.between));
             }
         }
@@ -306,7 +307,7 @@ impl Document {
         let (gone, joints): (Vec<_>, Vec<_>) =
             std::mem::take(&mut self.joints).into_iter().partition(|joint| joint.has(name));
         self.joints = joints;
-        let is_gone = |joint: &str| gone.iter().any(|of| of.name() == Some(joint));
+        let is_gone = |joint: &str| gone.iter().any(|entry| entry.name() == Some(joint));
         self.motors.retain(|motor| !is_gone(&motor.joint));
         self.gears.retain(|gear| !gear.joints.iter().any(|joint| is_gone(joint)));
     }
@@ -401,8 +402,8 @@ impl Document {
     /// Places of the names of bodies, fixed objects, terrains and joints.
     pub fn index(&self) -> NameIndex<'_> {
         let mut owners = HashMap::from([("ground", Owner::Ground)]);
-        for of in self.colliders() {
-            owners.extend(of.owners.first().map(|owner| (of.name, *owner)));
+        for object in self.colliders() {
+            owners.extend(object.owners.first().map(|owner| (object.name, *owner)));
         }
         let joints = self.joint_names().enumerate().map(|(index, name)| (name, index)).collect();
         NameIndex { owners, joints, fixed: self.fixed_count() }

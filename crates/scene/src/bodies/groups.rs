@@ -49,9 +49,9 @@ impl Document {
 
     /// Rejects groups that no table has.
     pub fn refuse_unknown_groups(&self) -> Result<(), String> {
-        self.colliders().try_for_each(|of| match self.masks(&of) {
+        self.colliders().try_for_each(|object| match self.masks(&object) {
             Ok(_) => Ok(()),
-            Err(why) => Err(format!("{}: {why}", of.name)),
+            Err(why) => Err(format!("{}: {why}", object.name)),
         })
     }
 
@@ -78,13 +78,14 @@ impl Document {
 
     /// Sets the groups of all objects in `world`.
     pub fn grouped(&self, mut world: World) -> Result<World, Failure> {
-        let has_usual = |of: &Collider<'_>| of.groups.is_empty() && of.collides_with.is_none();
-        for of in self.colliders().filter(|of| !has_usual(of)) {
-            let masks = self.masks(&of).map_err(|why| {
-                let (table, index) = of.table;
-                Failure::Input(format!("{table}[{index}] ({}): {why}", of.name))
+        let has_usual =
+            |object: &Collider<'_>| object.groups.is_empty() && object.collides_with.is_none();
+        for object in self.colliders().filter(|object| !has_usual(object)) {
+            let masks = self.masks(&object).map_err(|why| {
+                let (table, index) = object.table;
+                Failure::Input(format!("{table}[{index}] ({}): {why}", object.name))
             })?;
-            for owner in of.owners {
+            for owner in object.owners {
                 world = world.with_groups(self.partner(owner), masks)?;
             }
         }

@@ -77,7 +77,8 @@ impl PieceEntry {
     /// # Errors
     /// The errors of the core for an invalid form.
     pub fn piece(&self) -> Result<Piece, Error> {
-        let (piece, place) = (self.form()?, self.place());
+        let piece = self.form()?;
+        let place = self.place();
         if place == Place::ORIGIN {
             return Ok(piece);
         }

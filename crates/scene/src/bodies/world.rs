@@ -31,14 +31,14 @@ impl Document {
         let world = self.with_fixed(world)?;
         let world = self.with_coefficients(&names, world)?;
         let world = self.surfaces.iter().try_fold(world, |world, surface| {
-            let of = self.partner(names.owner(&surface.of).map_err(Failure::Input)?);
+            let owner = self.partner(names.owner(&surface.of).map_err(Failure::Input)?);
             let world = match surface.velocity {
-                Some(velocity) => world.with_surface(of, velocity.0.into())?,
+                Some(velocity) => world.with_surface(owner, velocity.0.into())?,
                 None => world,
             };
             Ok::<_, Failure>(match (surface.axis, surface.factor) {
                 (Some(axis), Some(factor)) => {
-                    world.with_friction_axis(of, axis.0.into(), factor)?
+                    world.with_friction_axis(owner, axis.0.into(), factor)?
                 }
                 _ => world,
             })
@@ -110,22 +110,22 @@ impl Document {
             };
         let world = pairs(&self.friction, world, &World::with_friction_between)?;
         let mut world = world.with_stick_speed(ground.stick_speed.clone().unwrap_or_default())?;
-        for (of, value) in Coefficient::ALL.into_iter().zip(ground.coefficients()) {
+        for (law, value) in Coefficient::ALL.into_iter().zip(ground.coefficients()) {
             if let Some(value) = value {
-                world = world.with_coefficient(of, *value)?;
+                world = world.with_coefficient(law, *value)?;
             }
         }
         for Collider { owners, coefficients, .. } in self.colliders() {
-            for (of, value) in Coefficient::ALL.into_iter().zip(coefficients) {
+            for (law, value) in Coefficient::ALL.into_iter().zip(coefficients) {
                 let Some(value) = value else { continue };
                 for owner in &owners {
-                    world = world.with_coefficient_of(of, self.partner(*owner), *value)?;
+                    world = world.with_coefficient_of(law, self.partner(*owner), *value)?;
                 }
             }
         }
-        for (of, entries) in Coefficient::ALL.into_iter().zip(self.coefficients()) {
+        for (law, entries) in Coefficient::ALL.into_iter().zip(self.coefficients()) {
             let set = |world: World, body, partner, value| {
-                world.with_coefficient_between(of, body, partner, value)
+                world.with_coefficient_between(law, body, partner, value)
             };
             world = pairs(entries.map_or(&[][..], Vec::as_slice), world, &set)?;
         }

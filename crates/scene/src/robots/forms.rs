@@ -22,7 +22,8 @@ pub(super) fn form_of(shape: &RobotShape, sides: usize) -> Result<Option<PieceEn
 
 /// Scene geometry; `None` for a plane and a height field.
 pub(super) fn scene_form(form: &RobotForm, sides: usize) -> Option<PieceEntry> {
-    let (none, some_sides) = (PieceEntry::default(), Some(sides));
+    let none = PieceEntry::default();
+    let some_sides = Some(sides);
     let tube = |half: f64, radius: f64| Some(TubeTable { length: 2.0 * half, radius });
     Some(match form {
         RobotForm::Sphere(radius) => PieceEntry { sphere: Some(*radius), ..none },

@@ -97,7 +97,7 @@ impl Assembled {
         let before = links.iter().filter(|link| **link == shape.link).count();
         let numbers = before.max(1)..;
         let numbered = numbers.map(|number| self.named(&format!("{name}-{number}")));
-        let is_free = |name: &String| document.colliders().all(|of| of.name != name);
+        let is_free = |name: &String| document.colliders().all(|object| object.name != name);
         std::iter::once(self.named(name)).chain(numbered).find(is_free).unwrap_or_default()
     }
 
@@ -130,7 +130,7 @@ impl Assembled {
                         self.robot.shapes[shape].own_friction(usual);
                     [torsional, rolling]
                 });
-                let between = Exactly([index, other_index].map(|of| names[of].clone()));
+                let between = Exactly([index, other_index].map(|owner| names[owner].clone()));
                 let [ours, theirs] = [*shape, *theirs]
                     .map(|shape| friction_of(&self.robot.shapes[shape]).unwrap_or(usual));
                 let Some(PairFriction { sliding, torsional, rolling }) = friction else {

@@ -441,13 +441,15 @@ impl<'a> Builder<'a> {
         let place = placed(entry.position.take(), entry.attitude.take().as_ref()).map_err(named)?;
         let first = self.document.fixed_count();
         let room = MOST_FIXED.saturating_sub(first) / pieces.len().max(1);
-        let (grid, ring) = (entry.copies.take(), entry.ring.take());
+        let grid = entry.copies.take();
+        let ring = entry.ring.take();
         let copies = copies(place, grid.as_ref(), ring.as_ref(), room, "fixed pieces");
         let copies = copies.map_err(named)?;
         refuse_friction(entry.friction).map_err(named)?;
         self.refuse_coefficients(entry.coefficients(), entry.friction).map_err(named)?;
         self.document.add_groups(entry.groups.as_deref()).map_err(named)?;
-        let (count, frame) = (copies.len(), entry.frame.take());
+        let count = copies.len();
+        let frame = entry.frame.take();
         let mut next = first;
         for (number, copied) in copies.into_iter().enumerate() {
             let zero = Vector3::zeros();
@@ -461,8 +463,8 @@ impl<'a> Builder<'a> {
             };
             let pieces = pieces.iter().map(piece).collect::<Result<Vec<_>, _>>()?;
             next += pieces.len();
-            let (name, pieces) = (Some(name), Some(pieces));
-            self.document.fixed.push(FixedEntry { name, pieces, ..entry.clone() });
+            let exact = FixedEntry { name: Some(name), pieces: Some(pieces), ..entry.clone() };
+            self.document.fixed.push(exact);
         }
         self.register(entry.name, (first..next).map(Owner::Fixed).collect()).map_err(named)
     }

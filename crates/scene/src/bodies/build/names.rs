@@ -17,8 +17,9 @@ pub(super) struct Named {
 impl Named {
     /// True if its name is not that of a single object.
     fn is_group(&self, builder: &Builder<'_>) -> bool {
-        let is_this = |of: &Collider<'_>| of.name == self.name && of.owners == self.owners;
-        self.owners.len() > 1 && !builder.document.colliders().any(|of| is_this(&of))
+        let is_this =
+            |object: &Collider<'_>| object.name == self.name && object.owners == self.owners;
+        self.owners.len() > 1 && !builder.document.colliders().any(|object| is_this(&object))
     }
 }
 
@@ -58,7 +59,7 @@ impl Builder<'_> {
 
     /// Checks that names of entries, bodies and fixed objects are unique.
     pub(super) fn refuse_equal_names(&self) -> Result<(), String> {
-        let objects = self.document.colliders().map(|of| of.name);
+        let objects = self.document.colliders().map(|object| object.name);
         // An entry of several objects has a name of its own.
         let entries = self.names.iter().filter(|named| named.is_group(self));
         let mut names: Vec<&str> = objects.chain(entries.map(|named| &*named.name)).collect();
@@ -139,8 +140,8 @@ impl Builder<'_> {
         if let Some(named) = entry {
             return Ok(named.owners.clone());
         }
-        let objects = self.document.colliders().filter(|of| of.name == name);
-        let found: Vec<_> = objects.flat_map(|of| of.owners).collect();
+        let objects = self.document.colliders().filter(|object| object.name == name);
+        let found: Vec<_> = objects.flat_map(|object| object.owners).collect();
         if found.is_empty()
             && let Some(body) = self.merged.get(name)
         {
@@ -150,7 +151,7 @@ impl Builder<'_> {
         }
         if found.is_empty() {
             let entries = self.names.iter().map(|named| &*named.name);
-            let objects = self.document.colliders().map(|of| of.name);
+            let objects = self.document.colliders().map(|object| object.name);
             let known = entries.chain(objects).chain(["ground"]);
             let hint = nearest::hint(name, known);
             return Err(format!(
