@@ -188,8 +188,8 @@ fn check_rows(path: &Path, run: RunFile, saved: &Saved) -> Result<(), Failure> {
 
 /// Scene of a run, as far as a continuation needs it.
 pub fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
-    let (model, contact) = (run.model.clone(), contact_of(&run.solver)?);
-    let world = model.world()?;
+    let (document, contact) = (run.model.clone(), contact_of(&run.solver)?);
+    let world = document.world()?;
     Ok(Scene {
         changed: run.changed.clone(),
         seed: run.seed,
@@ -198,7 +198,7 @@ pub fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
         rows: run.steps,
         substeps: run.substeps,
         trajectory: run.trajectory,
-        ..Scene::from_model(run.scene.clone(), model, world, contact)?
+        ..Scene::from_document(run.scene.clone(), document, world, contact)?
     })
 }
 

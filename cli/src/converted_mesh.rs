@@ -81,11 +81,9 @@ pub fn scene(args: &ConvertArgs) -> Result<(Scene, String), Failure> {
 fn report(scene: &Scene, mesh: &Mesh, path: &Path) -> Result<String, Failure> {
     let mut pieces = 0;
     let mut corners = 0;
-    for shape in &scene.model.shapes {
-        for piece in shape.pieces()? {
-            pieces += 1;
-            corners += piece.core().vertices().len();
-        }
+    for piece in scene.world.bodies().iter().flat_map(|body| body.pieces()) {
+        pieces += 1;
+        corners += piece.core().vertices().len();
     }
     let sides = sides_of(mesh);
     let [x, y, z] = [sides.x, sides.y, sides.z].map(shown::rounded);
@@ -93,7 +91,7 @@ fn report(scene: &Scene, mesh: &Mesh, path: &Path) -> Result<String, Failure> {
         "{}: {x} × {y} × {z} m, {} m³, {} kg; {pieces} pieces with {corners} corners\n",
         shown::path(path),
         shown::rounded(mesh.volume()),
-        shown::rounded(scene.model.bodies[0].mass),
+        shown::rounded(scene.world.bodies()[0].mass()),
     );
     if sides.max() > LARGEST_PART {
         text += MILLIMETRES;

@@ -83,10 +83,10 @@ pub fn taken_over(args: &SimulateArgs) -> Result<Option<Scene>, Failure> {
         let why = format!("{} has no row k = {requested}; give one of its rows", shown::path(path));
         return Err(Failure::setting("at", why).as_flag());
     }
-    let mut model = scene.model.clone();
-    model.start_at(&states, index as f64 * scene.world.time_step())?;
+    let mut document = scene.document.clone();
+    document.start_at(&states, index as f64 * scene.world.time_step())?;
     scene.start_index = index;
-    scene.with_model(model).map(Some)
+    scene.with_document(document).map(Some)
 }
 
 fn recorded(program: &Program) -> Result<Scene, Failure> {

@@ -66,7 +66,7 @@ impl<'a> Recording<'a> {
         let wrong = |failure: Failure| failure.within("model").in_file(&run_path);
         let (model, selection) = (&run.model, &run.kept);
         let world = model.world().map_err(wrong)?;
-        let loads = model.loads();
+        let loads = model.loads().map_err(wrong)?;
         let courses = model.courses().map_err(wrong)?;
         let some = |of: Table, count: usize| {
             (count > 0 && selection.has(of)).then(|| table(path, of, selection.form)).transpose()

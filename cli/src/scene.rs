@@ -30,7 +30,7 @@ pub fn from_fields(args: &SetupArgs, more: &[FieldOverride]) -> Result<Scene, Fa
             let text = scenario::read_text(path)?;
             let scene = Scene::parse_with(&text, path, &overrides, &args.robot, &input::bytes);
             let scene = scene.map_err(Failure::as_flag)?;
-            run_file::refuse_large(&scene.model).map_err(|failure| failure.in_file(path))?;
+            run_file::refuse_large(&scene.document).map_err(|failure| failure.in_file(path))?;
             scene
         }
     };

@@ -6,8 +6,7 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 use std::path::Path;
 use tumble_core::mechanics::{Load, RigidBody};
-use tumble_core::world::{Coefficient, Integrator};
-use tumble_model::BodyModel;
+use tumble_core::world::Integrator;
 use tumble_model::failure::Failure;
 use tumble_scene::scene::Scene;
 
@@ -80,14 +79,14 @@ impl Session {
     fn present(&self) -> Result<Scene, Failure> {
         let (mut scene, simulation) = (self.scene().clone(), self.simulation());
         let time = simulation.index() as f64 * scene.world.time_step();
-        scene.model.start_at(simulation.states(), time)?;
+        scene.document.start_at(simulation.states(), time)?;
         scene.start_index = simulation.index();
         if scene.contact.is_none() {
             scene = scene.with_native_solver();
         }
-        for body in &mut scene.model.bodies {
-            if has_ended(&body.load, time) {
-                body.load = Load::none();
+        for (load, body) in scene.loads.iter().zip(&mut scene.document.bodies) {
+            if has_ended(load, time) {
+                body.load = None;
             }
         }
         Ok(scene)
@@ -101,53 +100,47 @@ pub(crate) fn has_ended(load: &Load, time: f64) -> bool {
 }
 
 fn changed(mut scene: Scene, change: Change) -> Result<Scene, Failure> {
-    let model = &mut scene.model;
+    let document = &mut scene.document;
     match change {
         Change::Friction(friction) => {
-            model.mu = friction;
-            model.bodies.iter_mut().for_each(|body| body.friction = None);
-            model.fixed.iter_mut().for_each(|fixed| fixed.friction = None);
-            model.frictions.clear();
-            model.coefficients.remove(&Coefficient::StaticFriction);
+            document.set_friction(friction);
         }
         Change::Restitution(restitution) => {
-            model.restitution = restitution;
-            model.bodies.iter_mut().for_each(|body| body.restitution = None);
-            model.restitutions.clear();
+            document.set_restitution(restitution);
         }
         Change::Gravity { size, slope } => {
             let slope = slope.to_radians();
-            model.gravity = [size * slope.sin(), 0.0, -size * slope.cos()];
+            let gravity = Vector3::new(size * slope.sin(), 0.0, -size * slope.cos());
+            document.set_gravity(&gravity);
         }
         Change::TimeStep(time_step) => {
-            let time = scene.start_index as f64 * model.dt;
-            model.dt = time_step;
+            let time = scene.start_index as f64 * document.time_step();
+            document.time_step = Some(time_step);
             // Loads and prescribed motions follow the time.
             scene.start_index = (time / time_step).round().clamp(0.0, 1e15) as u64;
         }
         Change::Mass { body, mass } => {
-            let body = body_of(model.bodies.get_mut(body))?;
-            let share = mass / body.mass;
-            body.mass = mass;
-            body.inertia = body.inertia.map(|row| row.map(|entry| share * entry));
+            let body = document.bodies.get_mut(body).ok_or_else(no_body)?;
+            let share = mass / body.mass();
+            body.set_mass(mass, &(share * body.inertia()));
         }
         Change::Add(shape) => {
             let table = new_body(&scene, shape);
             return scene.with_body(&table, Path::new(""), &|_, _| Ok(Vec::new()));
         }
         Change::Remove(body) => {
-            body_of(model.bodies.get_mut(body))?;
-            if model.bodies.len() == 1 {
+            document.bodies.get(body).ok_or_else(no_body)?;
+            if document.bodies.len() == 1 {
                 return Err(Failure::Input("The last body cannot be removed.".to_owned()));
             }
-            model.leave_out(body);
+            document.leave_out(body);
         }
     }
     Ok(scene)
 }
 
-fn body_of(body: Option<&mut BodyModel>) -> Result<&mut BodyModel, Failure> {
-    body.ok_or_else(|| Failure::Input("Touch a body first.".to_owned()))
+fn no_body() -> Failure {
+    Failure::Input("Touch a body first.".to_owned())
 }
 
 /// Radius of a ball about the centre of mass that contains a body (m).
@@ -169,7 +162,7 @@ fn new_body(scene: &Scene, shape: NewShape) -> String {
     };
     let reach = NEW_SIZE * median(bodies.iter().map(radius).collect());
     let mass = median(bodies.iter().map(|body| body.mass()).collect());
-    let starts: Vec<_> = scene.model.bodies.iter().map(|body| body.start.position).collect();
+    let starts: Vec<_> = scene.document.states().iter().map(|start| start.position).collect();
     let middle = starts.iter().sum::<Vector3<f64>>() / starts.len() as f64;
     let tops = starts.iter().zip(bodies).map(|(start, body)| start[2] + radius(body));
     let height = tops.fold(f64::NEG_INFINITY, f64::max) + (1.0 + NEW_GAP) * reach;

@@ -33,11 +33,13 @@ fn with_pulls(session: &Session, rows: u64) -> Result<String, Failure> {
     let mut scene = session.scene().clone();
     scene.rows = rows;
     let (now, h) = (session.simulation().index(), scene.world.time_step());
+    let mut loads = scene.loads.clone();
     for (body, segments) in session.pulls().segments() {
         if let Some(load) = load(segments, now, h)? {
-            scene.model.bodies[*body].load = load;
+            loads[*body] = load;
         }
     }
+    scene.document.set_loads(&loads);
     scenes::text(&scene)
 }
 

@@ -385,7 +385,7 @@ fn drawing(session: &Session) -> Result<String, Failure> {
     session.simulation().end(&mut end);
     let frames = IntervalRows::from_step(&scene.world, &end);
     let floating = scene.contact.is_none();
-    let mut film = Film::new(&scene.world, &scene.model, floating, frames)?;
+    let mut film = Film::new(&scene.world, &scene.document, floating, frames)?;
     // A recorded run hides a ground that its bodies do not reach. Here they may still fall to it.
     film.ground = scene.world.ground().filter(|_| !floating).cloned();
     tumble_view::view::drawing(&film).map_err(Failure::Other)

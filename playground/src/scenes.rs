@@ -43,7 +43,7 @@ const FILES: [(&str, &[u8]); 1] =
 /// The first fault of the text, as on the command line.
 pub fn read(text: &str) -> Result<Scene, Failure> {
     let scene = Scene::from_text(text, Path::new(PLACE), &[], &file)?;
-    run_file::refuse_large(&scene.model)?;
+    run_file::refuse_large(&scene.document)?;
     Ok(scene)
 }
 

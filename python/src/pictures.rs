@@ -17,8 +17,8 @@ impl PyRecording {
             return Err(refused(format!("a picture can have at most {MOST_ROWS} rows")));
         }
         let content = &self.content;
-        let (model, floating) = (&content.model, content.contact.is_none());
-        let film = Film::new(&content.world, model, floating, self.rows.clone());
+        let floating = content.contact.is_none();
+        let film = Film::new(&content.world, &content.document, floating, self.rows.clone());
         let mut film = film.map_err(in_python)?;
         let seed = content.drawn_seed().map_or(String::new(), |seed| format!("seed {seed}, "));
         film.title.clone_from(&content.name);

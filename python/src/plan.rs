@@ -30,9 +30,9 @@ pub fn plan<'py>(
     if let Some(states) = &states {
         let states = to_states("states", states)?;
         let time = content.start_index as f64 * content.world.time_step();
-        let mut model = content.model.clone();
-        model.start_at(&states, time).map_err(in_python)?;
-        content = content.with_model(model).map_err(in_python)?;
+        let mut document = content.document.clone();
+        document.start_at(&states, time).map_err(in_python)?;
+        content = content.with_document(document).map_err(in_python)?;
     }
     let file = ProblemFile::from_scene_text(content, text).map_err(refused)?;
     let problem = &file.problem;

@@ -6,10 +6,11 @@ use crate::scene::PyScene;
 use nalgebra::{DMatrix, Vector3, Vector4};
 use pyo3::prelude::*;
 use std::sync::Arc;
+use tumble_robot::LinkFrame;
 use tumble_robot::model::{Actuator, Moves};
 use tumble_robot::motion::{LinkMotion, RobotMotion};
 use tumble_robot::sensors::RobotSite;
-use tumble_robot::{Assembled, LinkFrame};
+use tumble_scene::Assembled;
 use tumble_scene::scene::Scene as Content;
 
 /// One robot of a scene. It is immutable; methods take the states of a simulation.

@@ -4,7 +4,6 @@ use crate::errors::refused;
 use crate::scene::in_python;
 use pyo3::prelude::*;
 use std::path::Path;
-use tumble_model::BodyModel;
 use tumble_scene::run_file::RunFile;
 use tumble_scene::scene::Scene as Content;
 
@@ -20,10 +19,17 @@ pub fn listed_files(text: &str) -> Vec<String> {
 /// A text that is not a run.json, or that has other bodies than the scene.
 pub fn run_of_scene(content: &Content, text: &str) -> PyResult<RunFile> {
     let file = RunFile::from_text(text, Path::new("run.json")).map_err(in_python)?;
-    let (own, of_run) = (&content.model.bodies, &file.model.bodies);
-    let other = own.iter().zip(of_run).find(|(own, of_run)| !is_same(own, of_run));
+    let (own, of_run) = (&content.document.bodies, &file.model.bodies);
+    // Two bodies are the same if they have the same name, mass and inertia.
+    let other = own.iter().zip(of_run).find(|(own, of_run)| {
+        own.name != of_run.name || own.mass != of_run.mass || own.inertia != of_run.inertia
+    });
     let difference = match other {
-        Some((own, of_run)) => Some((description(own), description(of_run))),
+        Some((own, of_run)) => {
+            let [own, of_run] =
+                [own, of_run].map(|of| format!("{:?} of {} kg", of.name(), of.mass()));
+            Some((own, of_run))
+        }
         None if own.len() == of_run.len() => None,
         None => Some((format!("{} bodies", own.len()), format!("{} bodies", of_run.len()))),
     };
@@ -34,13 +40,4 @@ pub fn run_of_scene(content: &Content, text: &str) -> PyResult<RunFile> {
              the scene of the run"
         ))),
     }
-}
-
-/// True if two bodies have the same name, mass and inertia.
-fn is_same(a: &BodyModel, b: &BodyModel) -> bool {
-    a.name == b.name && a.mass == b.mass && a.inertia == b.inertia
-}
-
-fn description(body: &BodyModel) -> String {
-    format!("{:?} of {} kg", body.name, body.mass)
 }

@@ -8,10 +8,9 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use tumble_core::joint::{Drive, GearAxis, JointAxis, Motor};
+use tumble_core::joint::{GearAxis, JointAxis, Motor};
 use tumble_core::world::constants::extents;
 use tumble_model::failure::Failure;
-use tumble_model::joint::JointModel;
 use tumble_scene::overrides::FieldOverride;
 use tumble_scene::scene::Scene as Content;
 use tumble_scene::settings::RobotSettings;
@@ -156,22 +155,19 @@ impl PyScene {
     /// Axes of each joint that can have drives: 0, 1, 2 along x, y, z and 3, 4, 5 about them.
     #[getter]
     fn joint_axes(&self) -> Vec<Vec<usize>> {
-        let axes = |joint: &JointModel| joint.kind.driven().iter().map(|(_, axis)| *axis).collect();
-        self.content.model.joints.iter().map(axes).collect()
+        let axes = |joint| {
+            let driven = self.content.document.joint_kind(joint).driven();
+            driven.iter().map(|(_, axis)| *axis).collect()
+        };
+        (0..self.content.joints.len()).map(axes).collect()
     }
 
     /// Model with position motors on joint axes, as text. They replace other motors of these axes.
     fn motored(&self, motors: Vec<PositionMotor>) -> PyResult<String> {
         let mut content = (*self.content).clone();
-        let model = &mut content.model;
         for PositionMotor(joint, axis, target, stiffness, damping, max_force) in motors {
-            let joint = model.joints.get_mut(joint).ok_or_else(|| refused("joint: unknown"))?;
-            let driven = joint.kind.driven();
-            let place = driven.iter().position(|(_, known)| *known == axis);
-            let place = place.ok_or_else(|| refused(format!("axis of {}: unknown", joint.name)))?;
-            joint.drives.resize(driven.len(), Drive::NONE);
-            let motor = Some(Motor::Position { target, stiffness, damping, max_force });
-            joint.drives[place] = Drive { motor, force: 0.0, ..joint.drives[place] };
+            let motor = Motor::Position { target, stiffness, damping, max_force };
+            content.document.set_motor(joint, axis, &motor).map_err(refused)?;
         }
         content.model_text().map_err(in_python)
     }

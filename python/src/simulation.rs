@@ -23,7 +23,6 @@ use tumble_core::joint::{Axis, Drive, Gear, JointAxis, Motor};
 use tumble_core::simulation::StepRecord;
 use tumble_core::simulation::save::Saved;
 use tumble_core::world::Partner;
-use tumble_model::joint::JointModel;
 use tumble_scene::output::tables::{IntervalRows, JointRow, whole_steps};
 
 /// Number of bodies above which the first step may be slow and must be interruptible.
@@ -147,11 +146,10 @@ impl PySimulation {
 
     /// Removes a body, and the joints attached to it if `joints` is true.
     fn leave(&self, body: usize, joints: bool) -> PyResult<()> {
-        let tying = |joint: &JointModel| joint.body == body || joint.other == Some(body);
         let mut own = self.owned()?;
-        let joint = own.content.model.joints.iter().find(|joint| tying(joint));
+        let joint = own.content.world.joints().iter().position(|joint| joint.ties(body));
         if let Some(joint) = joint.filter(|_| !joints) {
-            let (name, joint) = (&own.content.bodies[body], &joint.name);
+            let (name, joint) = (&own.content.bodies[body], &own.content.joints[joint]);
             let why = format!("{name} is attached to {joint}; joints=True removes its joints too");
             return Err(refused(why));
         }
@@ -172,7 +170,7 @@ impl PySimulation {
         let own = self.owned()?;
         let mut content = (*own.content).clone();
         let states = own.running.simulation.states();
-        content.model.start_at(states, own.time()).map_err(in_python)?;
+        content.document.start_at(states, own.time()).map_err(in_python)?;
         content.model_text().map_err(in_python)
     }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use tumble_core::simulation::{Simulation, StepRecord};
 use tumble_core::world::{Integrator, Partner};
-use tumble_robot::Assembled;
+use tumble_scene::Assembled;
 use tumble_scene::scene::Scene;
 
 fn data() -> &'static Path {

@@ -6,7 +6,6 @@ use std::path::Path;
 use tumble_core::geometry::Hull;
 use tumble_core::geometry::Piece as Solid;
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_model::Model;
 use tumble_robot::model::RobotLook;
 use tumble_robot::{Reading, read};
 use tumble_scene::output::tables::IntervalRows;
@@ -50,18 +49,14 @@ fn scene_of(text: &str) -> Scene {
     Scene::from_text(text, Path::new("robots/robot.xml"), &[], &files).unwrap()
 }
 
-fn model_of(scene: &Scene) -> &Model {
-    &scene.model
-}
-
-/// Film of a scene's start, with the appearance of a model.
-fn film_of(scene: &Scene, model: &Model) -> Film {
+/// Film of a scene's start.
+fn film_of(scene: &Scene) -> Film {
     let (world, starts) = (scene.world.clone(), scene.starts.clone());
     let simulation = Simulation::new(world, starts, Motion::Floating).unwrap();
     let mut end = StepRecord::new();
     simulation.end(&mut end);
     let frames = IntervalRows::from_step(&scene.world, &end);
-    Film::new(&scene.world, model, false, frames).unwrap()
+    Film::new(&scene.world, &scene.document, false, frames).unwrap()
 }
 
 fn mesh(shape: &Shape) -> &Mesh {
@@ -103,7 +98,7 @@ fn a_link_looks_like_its_visual_mesh_and_touches_as_its_shapes() {
     let visual = r#"<visual><origin xyz="0 0 0.5" rpy="0 0 1.5707963267948966"/>
       <geometry><mesh filename="prism.obj" scale="-1 1 2"/></geometry></visual>"#;
     let scene = scene_of(&one(visual));
-    let film = film_of(&scene, model_of(&scene));
+    let film = film_of(&scene);
     let [piece] = &film.bodies[0].shapes[..] else { panic!("one piece is drawn") };
     let drawn = mesh(piece);
     assert_eq!((drawn.vertices.len(), drawn.triangles.len()), (12, 20));
@@ -117,30 +112,29 @@ fn a_link_looks_like_its_visual_mesh_and_touches_as_its_shapes() {
         assert!(nearest < 1e-15, "{nearest}");
     }
     let plain = scene_of(&one(""));
-    assert!(model_of(&plain).looks.is_empty());
+    assert!(plain.document.bodies.iter().all(|body| body.look.is_none()));
     let pieces = |scene: &Scene| scene.world.bodies()[0].pieces().to_vec();
     assert_eq!(pieces(&scene), pieces(&plain));
     assert_eq!(pieces(&scene)[0].core().vertices().len(), 8);
     assert!(matches!(pieces(&scene)[0], Solid { .. }));
 }
 
-/// Checks that run.json contains the appearance, and that an invalid index is named in the error.
+/// Checks that run.json contains the appearance, and that an unknown body is named in the error.
 #[test]
 fn looks_are_read_back() {
     let visuals = r#"<visual><geometry><mesh filename="prism.obj"/></geometry></visual>
       <visual><origin xyz="0 0 2"/><geometry><sphere radius="0.5"/></geometry></visual>"#;
     let scene = scene_of(&one(visuals));
-    let again = scene.clone().with_text(&scene.model_text().unwrap()).unwrap();
-    let model = again.model;
-    let (film, again) = (film_of(&scene, model_of(&scene)), film_of(&scene, &model));
+    let text = scene.model_text().unwrap();
+    let again = scene.clone().with_text(&text).unwrap();
+    let (film, again) = (film_of(&scene), film_of(&again));
     assert_eq!(film.bodies, again.bodies);
     let core = Hull::point(Vector3::new(-0.3, 0.0, 2.0)).unwrap();
     let ball = Shape::Convex { core, radius: 0.5, name: None };
     assert_eq!(film.bodies[0].shapes[1], ball);
-    let mut odd = model;
-    odd.looks.clear();
-    let why = Film::new(&scene.world, &odd, false, Vec::new()).unwrap_err().to_string();
-    assert_eq!(why, "model.bodies[0].look: look 0 does not exist");
+    let odd = text.replacen("look = ", "look = \"nobody\" # ", 1);
+    let why = scene.with_text(&odd).err().unwrap().to_string();
+    assert_eq!(why, "bodies[0].look: \"nobody\" is not a body before this one");
 }
 
 /// Checks that a converted scenario contains the appearance. Invalid surfaces are refused by name.
@@ -152,7 +146,7 @@ fn looks_are_written_down() {
     let text = written::text(&scene).unwrap();
     let read = |text: &str| Scene::from_text(text, Path::new("robots/robot.toml"), &[], &files);
     let again = read(&text).unwrap();
-    let films = [&scene, &again].map(|scene| film_of(scene, model_of(scene)));
+    let films = [&scene, &again].map(film_of);
     assert_eq!(films[0].bodies[0].shapes, films[1].bodies[0].shapes);
     assert_eq!(written::text(&again).unwrap(), text);
     for (from, to, said) in [
@@ -206,7 +200,7 @@ fn unreadable_meshes_are_reported_and_shapes_drawn() {
     ] {
         let text = one(&format!("{}{}", mesh("prism.obj"), mesh(file)));
         let scene = scene_of(&text);
-        let film = film_of(&scene, model_of(&scene));
+        let film = film_of(&scene);
         let [Shape::Convex { core, .. }] = &film.bodies[0].shapes[..] else {
             panic!("the box is drawn")
         };
@@ -249,12 +243,12 @@ fn meshes_have_the_colours_of_their_file() {
         (mjcf(r#"material="steel" rgba="1 0 0 1""#), red),
     ] {
         let scene = scene_of(&text);
-        let film = film_of(&scene, model_of(&scene));
+        let film = film_of(&scene);
         assert_eq!(mesh(&film.bodies[0].shapes[0]).colour, colour, "{text}");
         let written = written::text(&scene).unwrap();
         let again = Path::new("robots/robot.toml");
         let again = Scene::from_text(&written, again, &[], &files).unwrap();
-        let film = film_of(&again, model_of(&again));
+        let film = film_of(&again);
         assert_eq!(mesh(&film.bodies[0].shapes[0]).colour, colour, "{written}");
     }
 }
@@ -300,13 +294,13 @@ fn a_body_looks_like_its_mesh_that_touches_nothing() {
         <geom size="0.02" contype="0" conaffinity="0" mass="0"/></body>
       </worldbody></mujoco>"#;
     let scene = scene_of(text);
-    let film = film_of(&scene, model_of(&scene));
+    let film = film_of(&scene);
     let [drawn, ball] = &film.bodies[0].shapes[..] else {
         panic!("a mesh and a ball are drawn: {:?}", film.bodies[0].shapes)
     };
     assert_eq!(radius_of(ball), Some(0.02));
     assert!((volume(mesh(drawn)) - 0.003).abs() < 1e-15);
-    let centre = Vector3::from(model_of(&scene).bodies[0].centre);
+    let centre = scene.document.bodies[0].centre();
     let lowest = mesh(drawn).vertices.iter().map(|v| v.z + centre.z).fold(f64::INFINITY, f64::min);
     assert!((lowest - 0.2).abs() < 1e-15);
     assert_eq!(film.bodies[1].shapes.iter().map(radius_of).collect::<Vec<_>>(), [Some(0.1)]);

@@ -374,7 +374,7 @@ fn shapes_of_size_0_are_left_out() {
     ] {
         let scene = robot(GROUND, &body(&format!("{own}{}", shape(empty, "0 0 5"))));
         assert!(said(&scene, "shapes of size 0 are ignored: 1"), "{empty}: {:?}", scene.notes());
-        assert_eq!(scene.model.shapes.len(), 1);
+        assert_eq!(scene.world.bodies()[0].pieces().len(), 1);
         assert_eq!(scene.world, robot(GROUND, &body(&own)).world);
     }
     let why = scene(GROUND, &[("robot.urdf", &body(&shape("<sphere radius='-1'/>", "0 0 0")))]);
@@ -396,7 +396,7 @@ fn an_effort_below_0_is_no_limit() {
     let given = robot(AIR, &arm("effort='-1'"));
     assert!(said(&given, "an effort below 0 means no limit"), "{:?}", given.notes());
     assert_eq!(given.robots[0].robot().joints[1].effort, None);
-    assert_eq!(given.model.joints, robot(AIR, &arm("")).model.joints);
+    assert_eq!(given.document.joints, robot(AIR, &arm("")).document.joints);
 }
 
 /// Checks frames of almost no mass, which count as frames without mass. A joint that moves only
@@ -430,7 +430,7 @@ fn frames_of_almost_no_mass_are_frames() {
     );
     assert!(said(&made, "fixed where the file places them: tool_joint"), "{notes:?}");
     // The root is free, because something heavy is fixed to it.
-    assert_eq!((made.bodies.len(), made.model.joints.len()), (2, 1));
+    assert_eq!((made.bodies.len(), made.document.joints.len()), (2, 1));
     assert!(made.robots[0].robot().link("tool").is_some());
     after(&made, 10);
     // A lone root of almost no mass is fixed, and a frame between two joints is only a frame.
@@ -443,7 +443,7 @@ fn frames_of_almost_no_mass_are_frames() {
     ];
     let made = robot(AIR, &format!("<robot name='r'>{}</robot>", parts.concat()));
     assert!(said(&made, "base, the root link, has no mass and is fixed"), "{:?}", made.notes());
-    assert_eq!((made.bodies.len(), made.model.joints.len()), (1, 1));
+    assert_eq!((made.bodies.len(), made.document.joints.len()), (1, 1));
     // A mimic of a joint that is fixed is refused.
     let leads = "<axis xyz='0 1 0'/></joint><joint name='other' type='continuous'><parent link='arm'/><child link='more'/>\
         <axis xyz='0 1 0'/><mimic joint='tool_joint'/>";
@@ -495,7 +495,7 @@ fn many_bodies_in_one_place_are_kept_apart() {
         let mut made = None;
         let seen = measure(|| made = Some(robot(AIR, &text)));
         let made = made.unwrap();
-        assert_eq!(made.model.apart.len(), bodies * (bodies - 1) / 2);
+        assert_eq!(made.document.apart.len(), bodies * (bodies - 1) / 2);
         assert!(said(&made, "pairs that overlap at the start have no contacts"));
         seen.count_total
     });

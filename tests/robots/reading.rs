@@ -117,7 +117,7 @@ fn torsional_and_rolling_friction_are_read() {
     assert!(notes.iter().any(|note| note.contains("only sliding friction")), "{notes:?}");
     assert!(plain.notes().is_empty());
     // The world is the same otherwise. A frictionless geom stays frictionless.
-    let model = |scene: &Scene| format!("{:?}", scene.model);
+    let model = |scene: &Scene| format!("{:?}", scene.document);
     assert_eq!(model(&said), model(&plain));
     assert_ne!(model(&said), model(&read(1, true).unwrap()));
 }

@@ -8,7 +8,8 @@ use tumble_core::joint::{JointAxis, Motor};
 use tumble_core::mechanics::{Load, Polyline};
 use tumble_core::simulation::{Simulation, StepRecord};
 use tumble_core::step::StepStatus;
-use tumble_robot::{Assembled, Reading, read};
+use tumble_robot::{Reading, read};
+use tumble_scene::Assembled;
 use tumble_scene::scene::Scene;
 use tumble_scene::written;
 

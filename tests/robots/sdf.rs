@@ -175,7 +175,7 @@ fn a_ball_rests_on_the_plane_of_its_world() {
         "<world name='w'><model name='ground'><static>1</static>{plane}</model>
          <model name='ball'><pose>0 0 0.5 0 0 0</pose>{ball}</model></world>"
     ));
-    assert_eq!(scene.model.bodies.len(), 1);
+    assert_eq!(scene.document.bodies.len(), 1);
     assert!((q[2] - 0.5).abs() < 1e-9, "{q:?}");
 }
 
@@ -497,4 +497,15 @@ fn a_robot_with_rounded_angles_rests() {
         // Rest is no gain.
         assert_eq!(record.gain(), None, "{angle}");
     }
+}
+
+/// Checks that a written centre of mass at the origin of the shape is read back, for pieces that are elsewhere.
+#[test]
+fn a_centre_of_mass_at_the_origin_is_written() {
+    let text = "[ground]\nfriction = 0.5\n[[bodies]]\nname = \"b\"\nmass = 1.0\ninertia = 0.1\n\
+                centre = [0, 0, 0]\npieces = [{ box = 0.2, position = [0.3, 0, 0] }]\nposition = [0, 0, 1]\n";
+    let none = |_: &Path, _: u64| Err(std::io::Error::other("there are no files"));
+    let scene = Scene::from_text(text, Path::new("b.toml"), &[], &none).unwrap();
+    let again = scene.clone().with_text(&scene.model_text().unwrap()).unwrap();
+    assert_eq!(again.world, scene.world);
 }

@@ -1,10 +1,10 @@
 //! Settings of a decomposition.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use tumble_core::error::{Error, in_range};
 
 /// Settings of a decomposition: at most 32 pieces, 64 voxels, a concavity of 0.002 by default.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields, expecting = "{ pieces = …, resolution = …, concavity = … }")]
 #[non_exhaustive]
 pub struct DecompositionSettings {

@@ -24,7 +24,7 @@ impl<const N: usize> Default for Exactly<f64, N> {
 pub type Numbers<const N: usize> = Exactly<f64, N>;
 
 /// Gravitational acceleration (m/s²): one number (downwards) or a vector.
-#[derive(Debug, Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 #[serde(untagged, expecting = "a number (downwards) or three are needed")]
 pub enum Gravity {
     /// Magnitude along −z.

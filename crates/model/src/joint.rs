@@ -1,12 +1,10 @@
-//! Joints of a model, and the core's joints made of them.
+//! Types of joints and their axes.
 
-use super::shape::ModelPlace;
 use serde::{Deserialize, Serialize};
-use tumble_core::error::Error;
-use tumble_core::joint::{Axis, Drive, Joint, Knots, Middle};
+use tumble_core::joint::{Axis, Drive};
 
 /// Type of a joint: the set of its free axes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum JointKind {
     /// Rotation about the axis.
@@ -36,6 +34,7 @@ pub enum JointKind {
     /// Rotations about the axes of a universal joint and about a third axis perpendicular to both.
     Gimbal,
     /// No motion.
+    #[default]
     Fixed,
 }
 
@@ -96,7 +95,7 @@ impl JointKind {
     }
 
     /// Six axes of a joint with these drives. `cone` limits a ball joint (rad).
-    fn axes(self, drives: &[Drive], cone: Option<f64>) -> [Axis; 6] {
+    pub fn axes(self, drives: &[Drive], cone: Option<f64>) -> [Axis; 6] {
         let mut axes = [Axis::Locked; 6];
         if self == Self::Ball {
             axes[3..6].fill(Axis::Free(Drive::NONE));
@@ -109,114 +108,24 @@ impl JointKind {
         }
         axes
     }
-}
 
-/// Joint of a [`Model`](crate::Model).
-#[derive(Debug, Clone, PartialEq)]
-pub struct JointModel {
-    /// Name of the joint.
-    pub name: String,
-    /// Type of the joint.
-    pub kind: JointKind,
-    /// First body A, an index into `bodies`.
-    pub body: usize,
-    /// Second body B, an index into `bodies`; null for the world.
-    pub other: Option<usize>,
-    /// Frame of the joint in A and in B or the world: position from the centre of mass (m) and
-    /// rotation joint → body. Its z axis is the joint's axis.
-    pub frames: [ModelPlace; 2],
-    /// Characteristic length of the rotational rows (m), see (J2); null for the value computed from
-    /// the bodies.
-    pub length: Option<f64>,
-    /// True if the two bodies can touch each other.
-    pub collide: bool,
-    /// Maximum angle between the z axes of a ball joint (rad).
-    pub cone: Option<f64>,
-    /// Zero and sign of the middle angle of a gimbal, see (J13); null for `STRAIGHT` of [`Middle`].
-    pub middle: Option<Middle>,
-    /// Drive of each driven axis: m and N for translations, rad and N m for rotations.
-    pub drives: Vec<Drive>,
-    /// Prescribed motion of the joint's frame in the world. The second body must be null.
-    pub course: Option<CourseModel>,
-}
-
-/// Prescribed motion of a frame in the world: piecewise linear, then with constant velocity.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct CourseModel {
-    /// Times of the knots (s).
-    pub times: Vec<f64>,
-    /// Place at each time.
-    pub places: Vec<ModelPlace>,
-    /// Velocity after the last time (m/s).
-    #[serde(default)]
-    pub velocity: [f64; 3],
-    /// Angular velocity after the last time (rad/s), world frame.
-    #[serde(default)]
-    pub spin: [f64; 3],
-}
-
-impl CourseModel {
-    /// Prescribed motion in the form of the core.
-    ///
-    /// # Errors
-    /// Invalid knots or velocities; the sentence begins with the name of the field.
-    pub fn knots(&self) -> Result<Knots, String> {
-        if self.times.len() != self.places.len() {
-            let (times, places) = (self.times.len(), self.places.len());
-            return Err(format!(
-                "times: {times} times and {places} places; as many of both are needed"
-            ));
-        }
-        let frames = self.places.iter().map(ModelPlace::frame);
-        let knots = Knots::new(self.times.iter().copied().zip(frames).collect());
-        let knots = knots.map_err(|error| format!("times: {error}"))?;
-        let steady = knots.going_on(self.velocity.into(), self.spin.into());
-        steady.map_err(|error| match error {
-            Error::OutOfRange { field, .. } if field.starts_with("spin") => {
-                format!("spin: {error}")
-            }
-            other => format!("velocity: {other}"),
-        })
-    }
-}
-
-impl JointModel {
-    /// Joint in the form of the core.
-    pub fn joint(&self) -> Joint {
-        let [x, y, z, rx, ry, rz] = self.kind.axes(&self.drives, self.cone);
-        let joint =
-            Joint::between(self.body, self.other, self.frames.each_ref().map(ModelPlace::frame))
-                .with_axes([x, y, z], [rx, ry, rz]);
-        let joint = match self.kind {
-            JointKind::Gimbal => joint.with_middle(self.middle.unwrap_or(Middle::STRAIGHT)),
-            _ => joint,
-        };
-        let joint = match self.length {
-            Some(length) => joint.with_length(length),
-            None => joint,
-        };
-        if self.collide { joint.colliding() } else { joint }
-    }
-
-    /// Index into the joint's drives of the axis `axis_name`; without a name, of the only axis.
+    /// Index into the drives of `joint`, its name, of the axis `axis_name`; without a name, of the only
+    /// axis.
     ///
     /// # Errors
     /// An unknown name, or no name for a joint with several driven axes.
-    pub fn driven_place(&self, axis_name: Option<&str>) -> Result<usize, String> {
-        let driven = self.kind.driven();
+    pub fn driven_place(self, joint: &str, axis_name: Option<&str>) -> Result<usize, String> {
+        let driven = self.driven();
         let names: Vec<_> = driven.iter().map(|(name, _)| format!("`{name}`")).collect();
         match axis_name {
             None if driven.len() == 1 => Ok(0),
-            None => Err(format!(
-                "{:?} has several axes; one of {} is needed",
-                self.name,
-                names.join(", ")
-            )),
+            None => {
+                Err(format!("{joint:?} has several axes; one of {} is needed", names.join(", ")))
+            }
             Some(axis_name) => {
                 driven.iter().position(|(name, _)| *name == axis_name).ok_or_else(|| {
                     format!(
-                        "{axis_name:?} is not an axis of {:?}; it has {}",
-                        self.name,
+                        "{axis_name:?} is not an axis of {joint:?}; it has {}",
                         names.join(", ")
                     )
                 })
@@ -227,12 +136,12 @@ impl JointModel {
     /// Index from 0 to 5 of the driven axis `axis_name`.
     ///
     /// # Errors
-    /// The errors of [`JointModel::driven_place`], and a joint without driven axes.
-    pub fn driven_axis(&self, axis_name: Option<&str>) -> Result<usize, String> {
-        let driven = self.kind.driven();
+    /// The errors of [`JointKind::driven_place`], and a joint without driven axes.
+    pub fn driven_axis(self, joint: &str, axis_name: Option<&str>) -> Result<usize, String> {
+        let driven = self.driven();
         if driven.is_empty() {
-            return Err(format!("{:?} is {}", self.name, self.kind.name()));
+            return Err(format!("{joint:?} is {}", self.name()));
         }
-        self.driven_place(axis_name).map(|place| driven[place].1)
+        self.driven_place(joint, axis_name).map(|place| driven[place].1)
     }
 }

@@ -1,29 +1,16 @@
-//! Scene as data: bodies, shapes, joints, gears and fixed geometry, with indices in place of names.
-//!
-//! A [`Model`] makes a [`World`](tumble_core::world::World). Documents, robots and plans all become a
-//! [`Model`].
+//! Values that files of robots, scenes and plans have in common: shapes, places, grids of heights, colours,
+//! names, and errors about them.
 
 #![deny(unsafe_code)]
 
-mod coefficients;
 pub mod colour;
-mod drawn;
 pub mod failure;
 pub mod fields;
-pub mod groups;
 pub mod heights;
 pub mod joint;
-mod model;
 pub mod nearest;
 pub mod packed;
-pub mod shape;
 pub mod shown;
-mod terrain;
-
-pub use coefficients::{CoefficientsModel, PairModel};
-pub use drawn::{DrawnModel, state_at};
-pub use model::*;
-pub use terrain::TerrainModel;
 
 use std::io;
 use std::path::Path;

@@ -6,8 +6,8 @@ use super::{PlanProblem, Replay, piecewise_loads};
 use nalgebra::Vector3;
 use tumble_core::mechanics::{Load, State};
 use tumble_core::world::World;
-use tumble_model::Model;
 use tumble_model::failure::Failure;
+use tumble_scene::Document;
 use tumble_scene::scene::Scene;
 
 impl PlanProblem {
@@ -25,9 +25,9 @@ impl PlanProblem {
         }
         let scene = self.scene.clone();
         let drawn = scene.drawn && starts == scene.starts;
-        let mut model = scene.model.clone();
-        rewrite(&mut model, &world, &starts, &loads);
-        Ok(Scene { drawn, ..scene.with_model(model)? })
+        let mut document = scene.document.clone();
+        rewrite(&mut document, &world, &starts, &loads);
+        Ok(Scene { drawn, ..scene.with_document(document)? })
     }
 
     /// Wrenches on `body` as a load over time.
@@ -46,17 +46,17 @@ impl PlanProblem {
     }
 }
 
-/// Writes constants, starts and loads into a model.
-fn rewrite(model: &mut Model, world: &World, starts: &[State], loads: &[Load]) {
-    model.mu = world.friction();
-    model.restitution = world.restitution();
-    model.gravity = (*world.gravity()).into();
-    model.plane = world.ground().cloned();
-    let bodies = world.bodies().iter().zip(starts).zip(loads);
-    for (of, ((body, start), load)) in model.bodies.iter_mut().zip(bodies) {
-        of.mass = body.mass();
-        of.inertia = body.inertia().transpose().into();
-        of.start = *start;
-        of.load = load.clone();
+/// Writes constants, starts and loads into a document in exact form.
+fn rewrite(document: &mut Document, world: &World, starts: &[State], loads: &[Load]) {
+    if let Some(ground) = &mut document.ground {
+        ground.friction = world.friction();
+        ground.restitution = Some(world.restitution());
+        ground.set_plane(world.ground());
+    }
+    document.set_gravity(world.gravity());
+    document.set_starts(starts);
+    document.set_loads(loads);
+    for (of, body) in document.bodies.iter_mut().zip(world.bodies()) {
+        of.set_mass(body.mass(), body.inertia());
     }
 }

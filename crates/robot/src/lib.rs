@@ -2,7 +2,7 @@
 //!
 //! The crate works on text. The caller supplies the text and a function that reads the files it
 //! refers to ([`Reading`]). The result is a [`Robot`]: a tree of links with joints, shapes and
-//! motors. The type [`Assembled`] places it in a scene. Module [`motion`] describes its
+//! motors. `tumble_scene` places it in a scene. Module [`motion`] describes its
 //! coordinates, which are those of the file.
 //!
 //! ```
@@ -16,13 +16,12 @@
 //!
 //! An error is one sentence that names the line and the element.
 
-mod assembly;
 mod between;
 mod coarsening;
 mod collada;
-mod frame;
+pub mod frame;
 mod gltf;
-mod joining;
+pub mod joining;
 mod left_out;
 mod mass;
 mod meshes;
@@ -33,17 +32,14 @@ mod msh;
 mod notes;
 mod sdf;
 pub mod sensors;
-mod starts;
 mod urdf;
 mod xml;
 
-pub use assembly::{Assembled, Placing};
 pub use frame::LinkFrame;
-pub use starts::settled;
 pub use xml::LARGEST_FILE;
 
 use model::Robot;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::io;
 use std::path::{Component, Path, PathBuf};
@@ -56,7 +52,7 @@ use xml::Element;
 pub type MeshPieces = BTreeMap<String, PiecesOfMesh>;
 
 /// Source of the convex pieces of a mesh.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(
     untagged,
     expecting = "a list of files or { pieces = …, resolution = …, concavity = … } is needed"

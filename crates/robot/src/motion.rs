@@ -46,7 +46,7 @@ pub struct LinkMotion {
 
 impl LinkMotion {
     /// Rest at a pose.
-    pub(crate) fn still(frame: LinkFrame) -> Self {
+    pub fn still(frame: LinkFrame) -> Self {
         Self { frame, spin: Vector3::zeros(), velocity: Vector3::zeros() }
     }
 }
@@ -438,7 +438,7 @@ impl RobotMotion {
 
     /// Rates of the joints for links that move as in `moving`. Only links with joints and their
     /// parents matter.
-    pub(super) fn rates(&self, robot: &Robot, moving: &[LinkMotion]) -> Vec<f64> {
+    pub fn rates(&self, robot: &Robot, moving: &[LinkMotion]) -> Vec<f64> {
         let mut rates = vec![0.0; self.screws.len()];
         let places = robot.places();
         for (index, link) in robot.links.iter().enumerate().skip(1) {

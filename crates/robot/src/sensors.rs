@@ -1,6 +1,6 @@
 //! Sensors on the links of a robot, as functions of the links' motion and the record of a step.
 //!
-//! Joint sensors are coordinates and rates ([`Assembled::coordinates`]). Contacts act as impulses
+//! Joint sensors are coordinates and rates. Contacts act as impulses
 //! within a step. An accelerometer therefore reads the velocity change of its site over the step,
 //! without gravity g:
 //!
@@ -14,11 +14,8 @@
 
 pub use super::model::{NamedSite, RobotSite};
 
-use super::Assembled;
 use super::motion::LinkMotion;
 use nalgebra::Vector3;
-use tumble_core::simulation::{Interval, StepRecord};
-use tumble_core::world::Partner;
 
 impl RobotSite {
     /// Motion of the site: pose, angular velocity and velocity of its origin, world.
@@ -62,61 +59,5 @@ impl RobotSite {
         let (start, end) = (self.motion(start)?, self.motion(end)?);
         let mean = (end.velocity - start.velocity) / time_step;
         Ok(end.frame.rotation().tr_mul(&(mean - gravity)))
-    }
-}
-
-impl Assembled {
-    /// Reading of a touch sensor: sum of the mean normal forces (N) of a step on the bodies of a link,
-    /// or on the fixed pieces of a link held by the world.
-    ///
-    /// - `partner` selects the contacts with one partner.
-    /// - `within` selects the contacts within a radius (m) of a site. The site's position is that
-    ///   at the start of the step.
-    ///
-    /// # Errors
-    /// A link that does not exist; a record of other bodies.
-    pub fn touch(
-        &self,
-        record: &StepRecord,
-        link: usize,
-        partner: Option<Partner>,
-        within: Option<(&RobotSite, f64)>,
-    ) -> Result<f64, String> {
-        let zone = match within {
-            Some((site, radius)) => {
-                let links = self.links_at(record.states())?;
-                Some((site.motion(&links)?.frame.position, radius))
-            }
-            None => None,
-        };
-        let pieces = self.pieces(link);
-        let own = |of: Partner| match of {
-            Partner::Body(body) => self.moves_with(link, body),
-            Partner::Fixed(piece) => pieces.contains(&piece),
-            Partner::Ground => false,
-        };
-        let mut sum = 0.0;
-        let forces = record.shares().flat_map(|(share, interval)| {
-            let Interval { states, contacts, solution, .. } = interval;
-            let pairs = contacts.iter().zip(&solution.contacts);
-            pairs.map(move |(contact, found)| {
-                let share = share.forces(contact.key.body, contact.key.partner.body());
-                (contact, states, share * found.normal_force)
-            })
-        });
-        for (contact, states, force) in forces {
-            let (body, other) = (contact.key.body, contact.key.partner);
-            let sides = [(Partner::Body(body), other), (other, Partner::Body(body))];
-            let touches =
-                sides.iter().any(|(of, with)| own(*of) && partner.is_none_or(|p| p == *with));
-            let place = states.get(body).map(|state| state.position + contact.arm);
-            let is_near = zone.is_none_or(|(centre, radius)| {
-                place.is_some_and(|place| (place - centre).norm() <= radius)
-            });
-            if touches && is_near {
-                sum += force;
-            }
-        }
-        Ok(sum)
     }
 }

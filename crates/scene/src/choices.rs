@@ -1,6 +1,6 @@
 //! Values of flags and scenario fields other than plain numbers.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use tumble_core::contact::detection::Detection;
 
 /// Scene of the tutorial.
@@ -14,7 +14,7 @@ pub enum SceneName {
 }
 
 /// Frame of a start.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum StartFrame {
     /// Frame of the world.
@@ -26,7 +26,7 @@ pub enum StartFrame {
 }
 
 /// Solver of contact steps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum SolverName {
@@ -37,7 +37,7 @@ pub enum SolverName {
 }
 
 /// Criterion for the points that may touch in a step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum DetectionName {
@@ -57,7 +57,7 @@ impl From<DetectionName> for Detection {
 }
 
 /// Named combination of solver settings.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum Preset {
@@ -79,7 +79,7 @@ impl Preset {
 }
 
 /// Action if a step is not solved.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum OnFailure {

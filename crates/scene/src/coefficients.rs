@@ -10,8 +10,11 @@ macro_rules! with_coefficients {
     ($table:ident, $of:ty, $name:ident, $expected:literal { $($fields:tt)* }) => {
         $table!($name, $expected {
             $($fields)*
+            /// Static friction.
             static_friction: Option<$of>,
+            /// Rolling friction (m).
             rolling_friction: Option<$of>,
+            /// Torsional friction (m).
             torsional_friction: Option<$of>,
         });
 
@@ -24,17 +27,28 @@ macro_rules! with_coefficients {
                     self.torsional_friction.as_ref(),
                 ]
             }
+
+            /// A coefficient, which can be set.
+            pub fn coefficient_mut(&mut self, of: tumble_core::world::Coefficient) -> &mut Option<$of> {
+                use tumble_core::world::Coefficient;
+                match of {
+                    Coefficient::StaticFriction => &mut self.static_friction,
+                    Coefficient::RollingFriction => &mut self.rolling_friction,
+                    Coefficient::TorsionalFriction => &mut self.torsional_friction,
+                }
+            }
         }
     };
 }
 
 /// Defines a table.
 macro_rules! table {
-    ($name:ident, $expected:literal { $($(#[$meta:meta])* $vis:vis $field:ident: $type:ty,)* }) => {
-        #[derive(Deserialize)]
+    ($name:ident, $expected:literal { $($(#[$meta:meta])* $field:ident: $type:ty,)* }) => {
+        #[doc = concat!("Fields of ", $expected, ".")]
+        #[derive(Debug, Clone, Default, Serialize, Deserialize)]
         #[serde(deny_unknown_fields, expecting = $expected)]
         pub struct $name {
-            $($(#[$meta])* $vis $field: $type,)*
+            $($(#[$meta])* pub $field: $type,)*
         }
     };
 }

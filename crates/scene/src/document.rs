@@ -1,27 +1,28 @@
-//! The scene as people write it: one document of names.
+//! The scene as one document of names: what people write, what a program holds and what run.json has.
 //!
-//! Scenario files, the tutorial's scenes, flags and Python keywords all end in this type. The short form
-//! `[body]` becomes an entry of `[[bodies]]` when the document is built.
+//! Scenario files, the tutorial's scenes, flags and Python keywords all end in this type. A document in
+//! *exact form* has one entry for each body, object and joint, and no files, copies or defaults
+//! ([`Document::exact`]). The world is made of it, and it is written as it is.
 
-use super::bodies::build::build;
+use super::bodies::build::{BuiltDocument, build};
 use super::bodies::driven::{DrivenEntry, SurfaceEntry};
 use super::bodies::entries::{ApartEntry, BodyEntry, Files, FixedEntry, PairEntry};
 use super::bodies::gears::GearEntry;
 use super::bodies::joints::{JointEntry, MotorEntry};
-use super::bodies::robots::RobotEntry;
 use super::bodies::terrain::TerrainEntry;
 use super::choices::SolverName;
 use super::coefficients::{table, with_coefficients};
 use super::overrides::FieldOverride;
+use super::robots::entry::RobotEntry;
 use super::tables::{BodyTable, GroundTable, LoadTable, SolverTable, StartTable};
+use nalgebra::Vector3;
 use serde::de::Error as _;
-use serde::{Deserialize, Deserializer};
+use serde::{Deserialize, Deserializer, Serialize};
 use std::io;
 use std::path::Path;
 use toml::{Table, Value};
 use tumble_core::mechanics::Rotation;
 use tumble_core::world::{Impacts, Integrator};
-use tumble_model::Model;
 use tumble_model::failure::Failure;
 use tumble_model::fields::{self, Gravity, table_if_any};
 
@@ -38,67 +39,97 @@ pub const BODY: &str = "body";
 const OF_FLOATING: [&str; 5] = ["steps", "start_index", "seed", "time_step", "gravity"];
 
 /// Reads a start index, see [`LARGEST_START`].
-fn start_index<'de, D: Deserializer<'de>>(reader: D) -> Result<u64, D::Error> {
+fn start_index<'de, D: Deserializer<'de>>(reader: D) -> Result<Option<u64>, D::Error> {
     let index =
         Value::deserialize(reader)?.as_integer().and_then(|index| u64::try_from(index).ok());
     let why = || D::Error::custom(format!("a whole number from 0 to {LARGEST_START} is needed"));
-    index.filter(|index| *index <= LARGEST_START).ok_or_else(why)
+    index.filter(|index| *index <= LARGEST_START).map(Some).ok_or_else(why)
 }
 
 // Scenario file: `[[bodies]]` and its related tables, or `[body]`, `[start]` and `[load]` for one body.
 with_coefficients!(table, Vec<PairEntry>, Document, "a scenario" {
-    pub name: Option<String>,
+    /// Name of the scene.
+    name: Option<String>,
     /// Number of rows of a run, one more than steps.
-    #[serde(default = "usual_rows")]
-    pub steps: u64,
+    steps: Option<u64>,
+    /// Start index k.
     #[serde(default, deserialize_with = "start_index")]
-    pub start_index: u64,
-    #[serde(default = "usual_time_step")]
-    pub time_step: f64,
+    start_index: Option<u64>,
+    /// Time step h (s).
+    time_step: Option<f64>,
+    /// Discretisation of the rotational equations of motion.
     rotation: Option<Rotation>,
+    /// Meaning of the velocities of a run.
     integrator: Option<Integrator>,
-    pub accuracy: Option<f64>,
-    pub impacts: Option<Impacts>,
+    /// Growth of the error of the time step that a run keeps (m/s).
+    accuracy: Option<f64>,
+    /// When impacts happen, if there is no accuracy.
+    impacts: Option<Impacts>,
+    /// Seed of random starts.
     seed: Option<u32>,
-    #[serde(default = "usual_gravity")]
-    pub gravity: Gravity,
+    /// Gravitational acceleration (m/s²).
+    gravity: Option<Gravity>,
+    /// Collision groups that no object may have.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    groups: Vec<String>,
+    /// Ground, and coefficients of the world.
     #[serde(default, deserialize_with = "table_if_any")]
-    pub ground: Option<GroundTable>,
+    ground: Option<GroundTable>,
+    /// Solver of contact steps.
     #[serde(default, deserialize_with = "table_if_any")]
     solver: Option<SolverTable>,
+    /// Short form of one body.
     #[serde(default, deserialize_with = "table_if_any")]
-    pub body: Option<BodyTable>,
+    body: Option<BodyTable>,
+    /// Initial state of the short form.
     #[serde(default, deserialize_with = "table_if_any")]
-    pub start: Option<StartTable>,
+    start: Option<StartTable>,
+    /// Load of the short form.
     #[serde(default, deserialize_with = "table_if_any")]
-    pub load: Option<LoadTable>,
-    /// Collision groups that no object may have.
-    pub groups: Option<Vec<String>>,
-    pub bodies: Option<Vec<BodyEntry>>,
-    pub fixed: Option<Vec<FixedEntry>>,
-    pub terrain: Option<Vec<TerrainEntry>>,
-    pub friction: Option<Vec<PairEntry>>,
-    pub restitution: Option<Vec<PairEntry>>,
-    pub joints: Option<Vec<JointEntry>>,
-    pub motors: Option<Vec<MotorEntry>>,
-    pub gears: Option<Vec<GearEntry>>,
-    pub driven: Option<Vec<DrivenEntry>>,
-    pub surfaces: Option<Vec<SurfaceEntry>>,
-    pub apart: Option<Vec<ApartEntry>>,
-    pub robots: Option<Vec<RobotEntry>>,
+    load: Option<LoadTable>,
+    /// Bodies, in the order of the states.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    bodies: Vec<BodyEntry>,
+    /// Fixed geometry.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    fixed: Vec<FixedEntry>,
+    /// Terrains.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    terrain: Vec<TerrainEntry>,
+    /// Coefficients of friction of single pairs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    friction: Vec<PairEntry>,
+    /// Coefficients of restitution of single pairs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    restitution: Vec<PairEntry>,
+    /// Pairs that do not collide, in addition to the pairs joined by joints.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    apart: Vec<ApartEntry>,
+    /// Joints between bodies.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    joints: Vec<JointEntry>,
+    /// Motors of joints.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    motors: Vec<MotorEntry>,
+    /// Gears between joints.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    gears: Vec<GearEntry>,
+    /// Bodies with prescribed motions.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    driven: Vec<DrivenEntry>,
+    /// Surfaces that move or have an axis of friction.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    surfaces: Vec<SurfaceEntry>,
+    /// Robots of files.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    robots: Vec<RobotEntry>,
 });
 
-fn usual_rows() -> u64 {
-    1000
-}
+/// Default number of rows.
+const USUAL_ROWS: u64 = 1000;
 
-fn usual_time_step() -> f64 {
-    0.002
-}
-
-fn usual_gravity() -> Gravity {
-    Gravity::Downwards(9.81)
-}
+/// Default time step (s).
+const USUAL_TIME_STEP: f64 = 0.002;
 
 impl Document {
     /// Document of a `text` with the fields of `overrides`, and the paths of those that differ from the
@@ -132,15 +163,15 @@ impl Document {
         Ok((document, changed))
     }
 
-    /// Model of a document without files.
+    /// Exact form of a document without files.
     ///
     /// # Errors
     /// The first invalid value.
-    pub fn model(mut self) -> Result<Model, Failure> {
+    pub fn exact(self) -> Result<Self, Failure> {
         self.check().map_err(Failure::Input)?;
         let none = |_: &Path, _: u64| Err(io::Error::other("files cannot be read here"));
         let files = Files { folder: Path::new(""), read: &none };
-        build(&mut self, files).map(|built| built.model).map_err(Failure::Input)
+        build(self, files).map(|BuiltDocument { document, .. }| document).map_err(Failure::Input)
     }
 
     /// Rejects flags of contact for a body that floats.
@@ -153,6 +184,31 @@ impl Document {
             }
             None => Ok(()),
         }
+    }
+
+    /// Number of rows of a run.
+    pub fn rows(&self) -> u64 {
+        self.steps.unwrap_or(USUAL_ROWS)
+    }
+
+    /// Time step h (s).
+    pub fn time_step(&self) -> f64 {
+        self.time_step.unwrap_or(USUAL_TIME_STEP)
+    }
+
+    /// Gravitational acceleration (m/s²).
+    pub fn gravity(&self) -> Vector3<f64> {
+        self.gravity.unwrap_or(Gravity::Downwards(9.81)).vector()
+    }
+
+    /// Sets the gravitational acceleration (m/s²).
+    pub fn set_gravity(&mut self, gravity: &Vector3<f64>) {
+        self.gravity = Some(Gravity::Vector(fields::numbers(gravity)));
+    }
+
+    /// Start index k.
+    pub fn first_index(&self) -> u64 {
+        self.start_index.unwrap_or(0)
     }
 
     /// Seed of random starts.
@@ -184,10 +240,10 @@ impl Document {
     fn check(&self) -> Result<(), String> {
         let (no_body, no_ground) = (self.body.is_none(), self.ground.is_none());
         let others = [
-            ("[[bodies]]", self.bodies.is_some()),
-            ("[[robots]]", self.robots.is_some()),
-            ("[[fixed]]", self.fixed.is_some()),
-            ("[[terrain]]", self.terrain.is_some()),
+            ("[[bodies]]", !self.bodies.is_empty()),
+            ("[[robots]]", !self.robots.is_empty()),
+            ("[[fixed]]", !self.fixed.is_empty()),
+            ("[[terrain]]", !self.terrain.is_empty()),
         ];
         let other = others.iter().find(|(_, given)| *given).map(|(table, _)| *table);
         if let (false, Some(other)) = (no_body, other) {
@@ -215,8 +271,9 @@ impl Document {
 
     /// Rejects numbers of steps out of range, and settings of substeps that contradict each other.
     fn check_head(&self) -> Result<(), Failure> {
-        if !(1..=10_000_000).contains(&self.steps) {
-            let why = format!("it is {}; allowed: 1 to 10000000", self.steps);
+        let rows = self.rows();
+        if !(1..=10_000_000).contains(&rows) {
+            let why = format!("it is {rows}; allowed: 1 to 10000000");
             return Err(Failure::setting("steps", why));
         }
         if self.accuracy.is_some() && self.impacts == Some(Impacts::Stepped) {

@@ -5,12 +5,12 @@
 //! the program (`tutorial.rs`):
 //!
 //! ```text
-//! text, fields ─► Document ─► Model ─► Scene with its World
-//!                 document.rs bodies/build/   bodies/mod.rs
+//! text, fields ─► Document ─► Document in exact form ─► Scene with its World
+//!                 document.rs bodies/build/             bodies/world.rs
 //! ```
 //!
 //! An *entry* is one table of the file, such as a `[[bodies]]` table. It can describe several
-//! bodies by `copies`. A [`Model`](tumble_model::Model) lists each body.
+//! bodies by `copies`. The exact form has an entry for each body.
 
 mod bodies;
 pub mod choices;
@@ -23,6 +23,7 @@ mod naming;
 mod notes;
 pub mod output;
 pub mod overrides;
+mod robots;
 pub mod row_counts;
 pub mod row_selection;
 pub mod run_file;
@@ -39,7 +40,8 @@ pub mod written;
 pub use bodies::entries::AttitudeEntry;
 pub use bodies::masses::LARGEST_PART;
 
-pub use document::LARGEST_START;
+pub use document::{Document, LARGEST_START};
+pub use robots::Assembled;
 use serde::de::DeserializeOwned;
 use std::path::Path;
 pub use tables::{InertiaValue, Random, SolidInertia};

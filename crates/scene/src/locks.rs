@@ -84,7 +84,7 @@ impl Scene {
 
     fn axis_name(&self, of: &GearAxis) -> String {
         let joint = self.joint_name(of.joint);
-        let axes = self.model.joints.get(of.joint).map_or(&[][..], |joint| joint.kind.driven());
+        let axes = self.document.joint_kind(of.joint).driven();
         match axes {
             [_] => format!("the axis of {joint}"),
             _ => {

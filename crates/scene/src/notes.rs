@@ -1,5 +1,8 @@
 //! Notes on a valid scene: ignored content of its files, and what may be a mistake.
 
+use super::bodies::entries::{FixedEntry, PieceEntry};
+use super::bodies::joints::{JointEntry, MotorEntry};
+use super::bodies::terrain::TerrainEntry;
 use super::locks::counted;
 use super::scene::Scene;
 use nalgebra::Vector3;
@@ -7,9 +10,8 @@ use std::f64::consts::TAU;
 use tumble_core::geometry::terrain::TerrainShape;
 use tumble_core::joint::{Drive, Motor};
 use tumble_core::mechanics::RigidBody;
+use tumble_core::world::FixedTerrain;
 use tumble_core::world::constants::extents;
-use tumble_model::joint::JointModel;
-use tumble_model::{BodyModel, TerrainModel};
 
 /// Largest angle that may be meant in degrees: two turns.
 const MOST_DEGREES: f64 = 720.0;
@@ -28,7 +30,8 @@ impl Scene {
             let name = if name.is_empty() { "the robot".to_owned() } else { name };
             robot.robot().notes.iter().map(move |note| format!("{name}: {note}"))
         });
-        let of_terrains = self.model.terrains.iter().filter_map(note_on_terrain);
+        let of_terrains =
+            self.world.terrains().iter().zip(&self.document.terrain).filter_map(note_on_terrain);
         let mistakes = [
             self.note_on_gravity(),
             self.note_on_degrees(),
@@ -51,8 +54,12 @@ impl Scene {
     }
 
     fn note_on_degrees(&self) -> Option<String> {
-        let joints = self.model.joints.iter().filter(|joint| seems_in_degrees(joint));
-        let names = listed(joints.map(|joint| joint.name.as_str()))?;
+        let joints = self
+            .document
+            .joints
+            .iter()
+            .filter(|joint| seems_in_degrees(joint, &self.document.motors));
+        let names = listed(joints.filter_map(JointEntry::name))?;
         Some(format!("angles of {names} look like degrees; angles of joints are in rad"))
     }
 
@@ -64,7 +71,7 @@ impl Scene {
         for (index, (body, start)) in self.world.bodies().iter().zip(&self.starts).enumerate() {
             let width = 2.0 * extents(body).min();
             let speed = start.velocity.norm();
-            if self.model.bodies[index].touches && width > 0.0 && speed * h > width {
+            if self.document.bodies[index].touches() && width > 0.0 && speed * h > width {
                 names.push(self.bodies[index].as_str());
                 longest = longest.min(width / speed);
             }
@@ -77,16 +84,16 @@ impl Scene {
     }
 
     fn note_on_masses(&self) -> Option<String> {
-        let by_mass = |a: &&BodyModel, b: &&BodyModel| a.mass.total_cmp(&b.mass);
-        let bodies = || self.model.bodies.iter();
-        let light = bodies().min_by(by_mass)?;
-        let heavy = bodies().max_by(by_mass)?;
-        let ratio = heavy.mass / light.mass;
+        let by_mass = |a: &(f64, &String), b: &(f64, &String)| a.0.total_cmp(&b.0);
+        let masses = self.world.bodies().iter().map(RigidBody::mass);
+        let bodies = || masses.clone().zip(&self.bodies);
+        let (light, light_name) = bodies().min_by(by_mass)?;
+        let (heavy, heavy_name) = bodies().max_by(by_mass)?;
+        let ratio = heavy / light;
         (ratio > LARGEST_MASS_RATIO).then(|| {
             format!(
-                "{} of {} kg is {ratio:.1e} times as heavy as {} of {} kg; steps are tested with \
-                 ratios up to {LARGEST_MASS_RATIO:e}",
-                heavy.name, heavy.mass, light.name, light.mass
+                "{heavy_name} of {heavy} kg is {ratio:.1e} times as heavy as {light_name} of {light} kg; \
+                 steps are tested with ratios up to {LARGEST_MASS_RATIO:e}"
             )
         })
     }
@@ -109,12 +116,14 @@ impl Scene {
                 .flat_map(|robot| (0..robot.robot().links.len()).map(|link| robot.body(link)))
                 .any(|of_link| of_link == Some(body))
         };
-        let bodies = self.model.bodies.iter().enumerate();
+        let bodies = self.starts.iter().zip(&self.bodies).enumerate();
         let bodies = bodies
-            .filter(|(index, body)| seems_so(body.start.attitude.as_ref()) && !is_of_robot(*index))
-            .map(|(_, body)| body.name.as_str());
-        let fixed = self.model.fixed.iter().filter(|fixed| seems_so(&fixed.piece.place.attitude));
-        let names = listed(bodies.chain(fixed.map(|fixed| fixed.name.as_str())))?;
+            .filter(|(index, (start, _))| seems_so(start.attitude.as_ref()) && !is_of_robot(*index))
+            .map(|(_, (_, name))| name.as_str());
+        let is_turned = |piece: &PieceEntry| seems_so(&piece.place().attitude);
+        let fixed = self.document.fixed.iter();
+        let fixed = fixed.filter(|fixed| fixed.pieces.iter().flatten().any(is_turned));
+        let names = listed(bodies.chain(fixed.map(FixedEntry::name)))?;
         Some(format!(
             "the attitude of {names} is a half turn; quaternions are w, x, y, z, and [1, 0, 0, 0] is \
              no turn"
@@ -130,19 +139,21 @@ fn listed<'a>(names: impl Iterator<Item = &'a str>) -> Option<String> {
 }
 
 /// True if an angle of the joint is a multiple of half a degree and more than a turn in rad.
-fn seems_in_degrees(joint: &JointModel) -> bool {
+fn seems_in_degrees(joint: &JointEntry, motors: &[MotorEntry]) -> bool {
     let is_in_degrees =
         |angle: f64| (TAU..=MOST_DEGREES).contains(&angle.abs()) && (2.0 * angle).fract() == 0.0;
     let angles = |drive: &Drive| {
-        let target = match drive.motor {
-            Some(Motor::Position { target, .. }) => target,
-            _ => 0.0,
-        };
         let [low, high] = drive.limits.unwrap_or_default();
-        [low, high, drive.rest, target].into_iter().any(is_in_degrees)
+        [low, high, drive.rest].into_iter().any(is_in_degrees)
     };
-    let mut drives = joint.kind.driven().iter().zip(&joint.drives);
-    drives.any(|((_, axis), drive)| *axis >= 3 && angles(drive))
+    let (driven, drives) = (joint.kind.driven(), joint.drives());
+    let turns = |motor: &&MotorEntry| {
+        let place = motor.place(joint.kind, joint.name().unwrap_or_default());
+        Some(&*motor.joint) == joint.name() && place.is_ok_and(|place| driven[place].1 >= 3)
+    };
+    let is_target = |motor: &MotorEntry| matches!(motor.motor(), Ok(Motor::Position { target, .. }) if is_in_degrees(target));
+    driven.iter().zip(&drives).any(|((_, axis), drive)| *axis >= 3 && angles(drive))
+        || motors.iter().filter(turns).any(is_target)
         || joint.cone.is_some_and(is_in_degrees)
 }
 
@@ -152,9 +163,9 @@ fn is_impossible(body: &RigidBody) -> bool {
 }
 
 /// Note on vertices of a file that were joined.
-fn note_on_terrain(model: &TerrainModel) -> Option<String> {
-    let TerrainShape::Mesh(surface) = model.terrain.shape() else { return None };
-    let name = &model.name;
+fn note_on_terrain((terrain, entry): (&FixedTerrain, &TerrainEntry)) -> Option<String> {
+    let TerrainShape::Mesh(surface) = terrain.terrain.shape() else { return None };
+    let name = entry.name.as_deref().unwrap_or_default();
     let count = surface.joined();
     (count > 0).then(|| {
         format!(

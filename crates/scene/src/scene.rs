@@ -1,10 +1,12 @@
 //! Scene: the input of a simulation, independent of the notation of its file.
 //!
-//! A scene holds the same content twice: as [`Model`], the data written to run.json, and as
-//! [`World`], initial states and loads, the form of the core. The latter are made from the model.
+//! A scene holds the same content twice: as [`Document`] in exact form, which run.json has, and as
+//! [`World`], initial states and loads, the form of the core. The latter are made from the document.
 
-use super::document::{LARGEST_START, USUAL_SEED};
+use super::document::{Document, LARGEST_START, USUAL_SEED};
+use super::robots::Assembled;
 use super::solver_choice::SolverChoice;
+use super::tables::GroundTable;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -13,8 +15,7 @@ use tumble_core::error::Error;
 use tumble_core::joint::{Course, Knots};
 use tumble_core::mechanics::{Load, State};
 use tumble_core::simulation::{Motion, Simulation};
-use tumble_core::world::{Impacts, Integrator, World};
-use tumble_model::Model;
+use tumble_core::world::{Integrator, World};
 use tumble_model::failure::Failure;
 
 /// Bodies, collision geometry, initial states and solver of a simulation.
@@ -52,11 +53,11 @@ pub struct Scene {
     /// integrated by the Runge–Kutta method.
     pub contact: Option<SolverChoice>,
     /// Robots read from files, with the indices of their bodies and joints in the scene.
-    pub robots: Vec<tumble_robot::Assembled>,
+    pub robots: Vec<Assembled>,
     /// Notes on decomposed meshes of its file.
     pub file_notes: Vec<String>,
-    /// Constants of the bodies and initial states in the form of run.json.
-    pub model: Model,
+    /// Document in exact form, with the constants of the bodies and initial states.
+    pub document: Document,
     /// True if a run also writes trajectory.csv: the tutorial's scenes and its preset.
     pub trajectory: bool,
 }
@@ -64,8 +65,8 @@ pub struct Scene {
 impl Scene {
     /// Sets the meaning of the velocities of a run, whose steps are then whole.
     pub fn use_integrator(&mut self, integrator: Integrator) {
-        (self.model.integrator, self.model.accuracy) = (integrator, None);
-        self.model.impacts = Impacts::Stepped;
+        let document = &mut self.document;
+        (document.integrator, document.accuracy, document.impacts) = (Some(integrator), None, None);
         self.world = self.world.clone().with_whole_steps().with_integrator(integrator);
     }
 
@@ -76,13 +77,13 @@ impl Scene {
         world
     }
 
-    /// Scene of a `model` and its `world`, with one row and without a random start.
+    /// Scene of a `document` in exact form and its `world`, with one row and without a random start.
     ///
     /// # Errors
     /// The errors of the core for invalid data.
-    pub fn from_model(
+    pub fn from_document(
         name: String,
-        model: Model,
+        document: Document,
         world: World,
         contact: Option<SolverChoice>,
     ) -> Result<Self, Failure> {
@@ -95,26 +96,26 @@ impl Scene {
             rows: 1,
             substeps: 1,
             world,
-            starts: model.states(),
-            loads: model.loads(),
-            courses: model.courses()?,
-            bodies: model.bodies.iter().map(|body| body.name.clone()).collect(),
-            fixed: model.fixed_names().cloned().collect(),
-            joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
+            starts: document.states(),
+            loads: document.loads()?,
+            courses: document.courses()?,
+            bodies: document.bodies.iter().map(|body| body.name().to_owned()).collect(),
+            fixed: document.fixed_names().map(str::to_owned).collect(),
+            joints: document.joint_names().map(str::to_owned).collect(),
             contact,
             robots: Vec::new(),
             file_notes: Vec::new(),
-            model,
+            document,
             trajectory: false,
         })
     }
 
-    /// This scene with the world, initial states and loads of `model`.
+    /// This scene with the world, initial states and loads of a `document` in exact form.
     ///
     /// # Errors
     /// The errors of the core for invalid data.
-    pub fn with_model(self, model: Model) -> Result<Self, Failure> {
-        let world = model.world()?;
+    pub fn with_document(self, document: Document) -> Result<Self, Failure> {
+        let world = document.world()?;
         Ok(Self {
             changed: self.changed,
             seed: self.seed,
@@ -124,14 +125,19 @@ impl Scene {
             substeps: self.substeps,
             robots: self.robots,
             file_notes: self.file_notes,
-            trajectory: self.trajectory && model.bodies.len() == 1,
-            ..Self::from_model(self.name, model, world, self.contact)?
+            trajectory: self.trajectory && document.bodies.len() == 1,
+            ..Self::from_document(self.name, document, world, self.contact)?
         })
     }
 
     /// This scene with the default settings of the native solver.
     #[must_use]
-    pub fn with_native_solver(self) -> Self {
+    pub fn with_native_solver(mut self) -> Self {
+        if self.document.ground.is_none() {
+            self.document.ground = Some(GroundTable::none());
+            self.document.rotation = Some(self.world.rotation());
+            self.document.integrator = Some(self.world.integrator());
+        }
         Self { contact: Some(SolverChoice::native()), ..self }
     }
 
@@ -241,7 +247,7 @@ impl Scene {
             return Err(Failure::setting("substeps", why));
         }
         self.changed.push("substeps".to_owned());
-        self.model.dt = time_step;
+        self.document.time_step = Some(time_step);
         Ok(self)
     }
 

@@ -6,7 +6,7 @@ use super::document::Document;
 use super::overrides::{FieldOverride, placed};
 use super::scene::Scene;
 use super::settings::RobotSettings;
-use super::written::{document_of, toml_text};
+use super::written::toml_text;
 use std::path::Path;
 use tumble_core::geometry::Piece;
 use tumble_model::ReadFile;
@@ -44,7 +44,7 @@ impl Scene {
     ) -> Result<Self, Failure> {
         let in_place = |failure| placed(failure, overrides, path);
         let (scene, changed) = if super::is_robot(text, path) {
-            let (read, name) = bodies::robots::read_alone(text, path, robot, read)?;
+            let (read, name) = super::robots::entry::read_alone(text, path, robot, read)?;
             let is_rubbing = |field: &FieldOverride| field.path() == "ground.friction";
             if read.options.has_world && overrides.iter().any(is_rubbing) {
                 let place = "MJCF, which has all friction coefficients";
@@ -57,7 +57,7 @@ impl Scene {
                     field.path()
                 )));
             }
-            let head = bodies::robots::document_of(&read);
+            let head = super::robots::entry::document_of(&read);
             let (document, mut changed) =
                 Document::from_text(&head, overrides).map_err(in_place)?;
             let given = robot.given().into_iter().skip(1).filter(|(_, given)| *given);
@@ -86,7 +86,7 @@ impl Scene {
     /// # Errors
     /// A scene that no text can hold.
     pub fn model_text(&self) -> Result<String, Failure> {
-        Ok(toml_text(&document_of(&self.model, false)?))
+        toml_text(&self.document)
     }
 
     /// This scene with the bodies and constants of a `text` of [`Scene::model_text`].
@@ -95,7 +95,7 @@ impl Scene {
     /// The first invalid value.
     pub fn with_text(self, text: &str) -> Result<Self, Failure> {
         let (document, _) = Document::from_text(text, &[])?;
-        self.with_model(document.model()?)
+        self.with_document(document.exact()?)
     }
 
     /// This scene with one more body at the end of the list.

@@ -5,14 +5,14 @@ use crate::choices::{DetectionName, OnFailure, Preset, SolverName, StartFrame};
 use crate::coefficients::{table, with_coefficients};
 use crate::document::BODY;
 use nalgebra::{Matrix3, Vector3};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use tumble_core::error::Error;
 use tumble_core::mechanics::body::solid_box_inertia;
 use tumble_core::mechanics::load::{Load, Polyline};
 use tumble_core::world::{Plane, StickSpeed};
 use tumble_model::fields::{Exactly, Numbers, matrix, numbers};
 
-#[derive(Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(expecting = "a table [body]")]
 #[serde(deny_unknown_fields)]
 pub struct BodyTable {
@@ -24,7 +24,7 @@ pub struct BodyTable {
     inertia: Option<InertiaValue>,
 }
 
-#[derive(Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "one number (a cube) or three are needed")]
 pub enum Sides {
     Cube(f64),
@@ -32,7 +32,7 @@ pub enum Sides {
 }
 
 /// Inertia of a body (kg m²).
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(
     untagged,
     expecting = "\"solid\", one number, three (diagonal) or a 3 × 3 matrix are needed"
@@ -49,7 +49,7 @@ pub enum InertiaValue {
 }
 
 /// Inertia of the solid shape.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SolidInertia {
     /// Uniform density.
@@ -57,17 +57,17 @@ pub enum SolidInertia {
 }
 
 with_coefficients!(table, f64, GroundTable, "a table [ground]" {
-    pub friction: f64,
-    pub stick_speed: Option<StickSpeed>,
-    pub restitution: Option<f64>,
-    pub rebound_speed: Option<f64>,
+    friction: f64,
+    stick_speed: Option<StickSpeed>,
+    restitution: Option<f64>,
+    rebound_speed: Option<f64>,
     slope: Option<f64>,
     normal: Option<Numbers<3>>,
     offset: Option<f64>,
     none: Option<bool>,
 });
 
-#[derive(Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(expecting = "a table [start]")]
 #[serde(deny_unknown_fields)]
 pub struct StartTable {
@@ -79,7 +79,7 @@ pub struct StartTable {
 }
 
 /// Random attitude.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Random {
     /// Uniformly distributed.
@@ -89,7 +89,7 @@ pub enum Random {
     Tutorial,
 }
 
-#[derive(Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(expecting = "a table [load]")]
 #[serde(deny_unknown_fields)]
 pub struct LoadTable {
@@ -98,7 +98,7 @@ pub struct LoadTable {
     at: Option<Numbers<3>>,
 }
 
-#[derive(Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "three numbers, or a list of knots [t, x, y, z], are needed")]
 pub enum LoadValue {
     Constant(Numbers<3>),
@@ -106,7 +106,7 @@ pub enum LoadValue {
 }
 
 /// Solver of contact steps and its settings; `None` for a setting that is not given.
-#[derive(Debug, Clone, Copy, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(expecting = "a table [solver]")]
 #[serde(deny_unknown_fields)]
 pub struct SolverTable {
@@ -131,10 +131,10 @@ fn vector(numbers: Numbers<3>) -> Vector3<f64> {
 }
 
 impl Sides {
-    pub fn vector(self) -> Vector3<f64> {
+    pub fn vector(&self) -> Vector3<f64> {
         match self {
-            Self::Cube(side) => Vector3::repeat(side),
-            Self::Box(sides) => vector(sides),
+            Self::Cube(side) => Vector3::repeat(*side),
+            Self::Box(sides) => vector(*sides),
         }
     }
 }
@@ -165,7 +165,7 @@ impl InertiaValue {
 impl BodyTable {
     /// Entry of `[[bodies]]` with the content of these tables.
     pub fn entry(self, start: StartTable, load: Option<LoadTable>) -> BodyEntry {
-        let sides = self.sides.map(Sides::vector);
+        let sides = self.sides.as_ref().map(Sides::vector);
         let inertia = match &sides {
             Some(sides) => {
                 let given = self.inertia.unwrap_or(InertiaValue::Word(SolidInertia::Solid));
@@ -195,6 +195,19 @@ impl BodyTable {
 }
 
 impl GroundTable {
+    /// Table of a world without a ground.
+    pub fn none() -> Self {
+        Self { none: Some(true), ..Self::default() }
+    }
+
+    /// Sets the plane of the ground in numbers; `None` for no ground.
+    pub fn set_plane(&mut self, plane: Option<&Plane>) {
+        self.none = plane.is_none().then_some(true);
+        self.slope = None;
+        self.normal = plane.map(|plane| numbers(plane.normal()));
+        self.offset = plane.map(Plane::offset);
+    }
+
     /// Plane of the ground; `None` without one.
     pub fn plane(&self) -> Result<Option<Plane>, String> {
         if self.none == Some(true) {
@@ -232,23 +245,36 @@ impl GroundTable {
 }
 
 impl LoadTable {
-    /// Converts the load.
-    pub fn load(self) -> Result<Load, String> {
+    /// Table of a load; `None` without one.
+    pub fn new(load: &Load) -> Option<Self> {
+        let knots = |line: &Polyline| {
+            let knots = line.knots().iter().map(|(time, v)| Exactly([*time, v[0], v[1], v[2]]));
+            Some(knots.collect::<Vec<_>>()).filter(|knots| !knots.is_empty()).map(LoadValue::Knots)
+        };
+        let force = knots(&load.force);
+        let at = force.as_ref().map(|_| numbers(load.point()));
+        (!load.is_none()).then(|| Self { force, torque: knots(&load.torque), at })
+    }
+
+    /// The load.
+    pub fn load(&self) -> Result<Load, String> {
         if self.at.is_some() && self.force.is_none() {
             return Err("load.at has no meaning without load.force; leave it out".to_owned());
         }
-        let force = self.force.map(|value| value.polyline("load.force")).transpose()?;
-        let torque = self.torque.map(|value| value.polyline("load.torque")).transpose()?;
-        let at = self.at.map(vector).unwrap_or_default();
-        let load = Load::new(force.unwrap_or_default(), torque.unwrap_or_default(), at);
+        let line = |value: &Option<LoadValue>, field| {
+            value.as_ref().map_or(Ok(Polyline::default()), |value| value.polyline(field))
+        };
+        let (force, torque) =
+            (line(&self.force, "load.force")?, line(&self.torque, "load.torque")?);
+        let load = Load::new(force, torque, self.at.map(vector).unwrap_or_default());
         load.map_err(|error| format!("load: {error}"))
     }
 }
 
 impl LoadValue {
-    fn polyline(self, field: &str) -> Result<Polyline, String> {
+    fn polyline(&self, field: &str) -> Result<Polyline, String> {
         match self {
-            Self::Constant(value) => Polyline::constant(vector(value)),
+            Self::Constant(value) => Polyline::constant(vector(*value)),
             Self::Knots(knots) if knots.is_empty() => {
                 return Err(format!(
                     "{field}: it has no knots; give at least one, or leave it out"
@@ -256,7 +282,7 @@ impl LoadValue {
             }
             Self::Knots(knots) => {
                 let knots =
-                    knots.into_iter().map(|Exactly([t, x, y, z])| (t, Vector3::new(x, y, z)));
+                    knots.iter().map(|Exactly([t, x, y, z])| (*t, Vector3::new(*x, *y, *z)));
                 Polyline::new(knots.collect())
             }
         }

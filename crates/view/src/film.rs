@@ -13,8 +13,7 @@ use tumble_core::simulation::energy;
 use tumble_core::step::StepStatus;
 use tumble_core::world::{Plane, World};
 use tumble_model::failure::Failure;
-use tumble_model::shape::{ModelForm, PlacedForm};
-use tumble_model::{BodyModel, Model};
+use tumble_scene::Document;
 use tumble_scene::output::tables::{ContactRow, IntervalRows};
 
 /// Motion of the bodies of a world, with everything needed to draw it.
@@ -88,31 +87,55 @@ pub struct Takeover {
 }
 
 impl Film {
-    /// Film of `frames` in the `world` of a `model`, without title and facts. A `floating` body can
-    /// touch nothing, even if the world has a ground.
+    /// Film of `frames` in the `world` of a `document` in exact form, without title and facts. A
+    /// `floating` body can touch nothing, even if the world has a ground.
     ///
     /// # Errors
     /// An invalid load or look.
     pub fn new(
         world: &World,
-        model: &Model,
+        document: &Document,
         floating: bool,
         mut frames: Vec<IntervalRows>,
     ) -> Result<Self, Failure> {
         frames.iter_mut().for_each(|frame| frame.contacts.retain(is_loaded));
-        let bodies = model.bodies.iter().zip(world.bodies()).zip(model.loads()).enumerate();
+        let bodies = document.bodies.iter().zip(world.bodies()).zip(document.loads()?).enumerate();
         let bodies = bodies.map(|(index, ((body, rigid), load))| {
-            let shapes = shapes(model, index, body, rigid)?;
+            let centre = body.centre();
+            // Parts of a look, relative to the centre of mass.
+            let parts = document.look_of(body).map(|parts| {
+                let shapes = parts.iter().map(|part| {
+                    let Some(surface) = part.look_surface() else {
+                        let piece = part.piece()?.moved_by(&Matrix3::identity(), &-centre)?;
+                        return Ok(Shape::from(&piece));
+                    };
+                    let place = part.place();
+                    let rotation = place.rotation();
+                    let position = Vector3::from(place.position);
+                    let corner = |at: &[f64; 3]| rotation * Vector3::from(*at) + position - centre;
+                    let vertices = surface.vertices.iter().map(|at| corner(&at.0)).collect();
+                    let triangles = surface.triangles.iter().map(|three| three.0).collect();
+                    let colour = surface.colour.map(|colour| colour.0);
+                    Ok(Shape::Mesh(Mesh { vertices, triangles, colour }))
+                });
+                shapes.collect::<Result<_, Error>>()
+            });
+            let shapes = parts.unwrap_or_else(|| Ok(Shape::from_body(rigid)));
+            let shapes = shapes
+                .map_err(|error| Failure::Input(format!("model.bodies[{index}].look: {error}")));
             let label = body.label.as_ref().map_or(String::new(), |label| label.0.clone());
-            let (name, colour) = (body.name.clone(), body.colour.map(|colour| colour.0));
-            Ok(Object { name, label, colour, load, shapes })
+            let (name, colour) = (body.name().to_owned(), body.colour.map(|colour| colour.0));
+            Ok(Object { name, label, colour, load, shapes: shapes? })
         });
-        let pieces = model.fixed.iter().zip(world.fixed()).map(|(fixed, of)| Object {
-            name: fixed.name.clone(),
-            shapes: vec![Shape::from(&of.piece)],
+        let mut names = document.fixed_names();
+        let pieces = world.fixed().iter().zip(names.by_ref()).map(|(fixed, name)| Object {
+            name: name.to_owned(),
+            shapes: vec![Shape::from(&fixed.piece)],
             ..Object::default()
         });
-        let terrains = model.terrains.iter().map(|of| terrain::object(&of.name, &of.terrain));
+        let pieces: Vec<_> = pieces.collect();
+        let terrains = world.terrains().iter().zip(names);
+        let terrains = terrains.map(|(of, name)| terrain::object(name, &of.terrain));
         let mut film = Self {
             title: String::new(),
             variant: String::new(),
@@ -122,8 +145,8 @@ impl Film {
             world: world.clone(),
             ground: None,
             bodies: bodies.collect::<Result<_, Failure>>()?,
-            fixed: pieces.chain(terrains).collect(),
-            joints: model.joints.iter().map(|joint| joint.name.clone()).collect(),
+            fixed: pieces.into_iter().chain(terrains).collect(),
+            joints: document.joint_names().map(str::to_owned).collect(),
             frames,
         };
         let ground = world.ground().filter(|plane| !floating && film.reaches(plane));
@@ -276,35 +299,6 @@ impl Film {
 /// True if a contact carries a force.
 pub fn is_loaded(contact: &ContactRow) -> bool {
     contact.force != Vector3::zeros()
-}
-
-/// Shapes of a body: its look, or else its pieces, or else its contact points.
-fn shapes(
-    model: &Model,
-    index: usize,
-    body: &BodyModel,
-    rigid: &RigidBody,
-) -> Result<Vec<Shape>, Failure> {
-    let Some(look) = body.look else { return Ok(Shape::from_body(rigid)) };
-    let invalid =
-        |why: &dyn std::fmt::Display| Failure::Input(format!("model.bodies[{index}].look: {why}"));
-    let parts = model.looks.get(look);
-    let look = parts.ok_or_else(|| invalid(&format!("look {look} does not exist")))?;
-    let centre = Vector3::from(body.centre);
-    let shapes: Result<_, _> = look.iter().map(|part| part_of(part, &centre)).collect();
-    shapes.map_err(|error| invalid(&error))
-}
-
-/// Part of a look, relative to the centre of mass.
-fn part_of(part: &PlacedForm, centre: &Vector3<f64>) -> Result<Shape, Error> {
-    let ModelForm::Mesh { vertices, triangles, colour, .. } = &part.form else {
-        return Ok(Shape::from(&part.piece()?.moved_by(&Matrix3::identity(), &-centre)?));
-    };
-    let (rotation, position) = (part.place.rotation(), Vector3::from(part.place.position));
-    let place = |vertex: &[f64; 3]| rotation * Vector3::from(*vertex) + position - centre;
-    let vertices = vertices.iter().map(place).collect();
-    let colour = colour.map(|colour| colour.0);
-    Ok(Shape::Mesh(Mesh { vertices, triangles: triangles.clone(), colour }))
 }
 
 /// Pose of a body. The digits of the file are kept: they have length 1.

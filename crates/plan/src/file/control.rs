@@ -121,13 +121,12 @@ impl ControlTable {
 
     /// Index of a joint by its name, and its axis.
     fn joint_axis(&self, scene: &Scene, wanted: &str) -> Result<(usize, JointAxis), String> {
-        let models = &scene.model.joints;
-        let Some(joint) = models.iter().position(|model| model.name == wanted) else {
+        let Some(joint) = scene.joints.iter().position(|name| name == wanted) else {
             let known: Vec<_> = scene.joints.iter().take(8).cloned().collect();
             let has = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
             return Err(format!("joint: unknown joint {wanted:?}; the scene has {has}"));
         };
-        let axis = models[joint].driven_axis(self.axis.as_deref());
+        let axis = scene.document.joint_kind(joint).driven_axis(wanted, self.axis.as_deref());
         let axis = axis.map_err(|why| format!("axis: {why}"))?;
         let axis = if axis < 3 { JointAxis::Linear(axis) } else { JointAxis::Angular(axis - 3) };
         Ok((joint, axis))

@@ -1,8 +1,8 @@
 //! Copies of an entry in a grid or a ring.
 
 use super::entries::{CopiesTable, RingTable, turn};
+use crate::bodies::place::Place;
 use nalgebra::Vector3;
-use tumble_model::shape::ModelPlace;
 
 /// Maximum number of bodies of a scene, so that a short file cannot exhaust the memory.
 ///
@@ -16,14 +16,14 @@ pub const MOST_FIXED: usize = 10_000;
 #[derive(Clone, Copy)]
 pub struct Copied {
     /// Pose in the frame of the entry.
-    pub place: ModelPlace,
+    pub place: Place,
     /// Rotation relative to the entry. It also applies to the velocity.
-    pub turned: ModelPlace,
+    pub turned: Place,
 }
 
 /// Poses of the copies of an object at `place`, at most `room`. Without grid and ring there is one.
 pub fn copies(
-    place: ModelPlace,
+    place: Place,
     grid: Option<&CopiesTable>,
     ring: Option<&RingTable>,
     room: usize,
@@ -45,7 +45,7 @@ pub fn copies(
         let most = if what == "bodies" { MOST_BODIES } else { MOST_FIXED };
         return Err(format!("{field}: with these {count} there are more than {most} {what}"));
     }
-    let plain = Copied { place, turned: ModelPlace::ORIGIN };
+    let plain = Copied { place, turned: Place::ORIGIN };
     if let Some(grid) = grid {
         let [nx, ny, nz] = grid.count.0;
         let cells =
@@ -66,8 +66,8 @@ pub fn copies(
     let turned = |number: u32| {
         let attitude =
             turn(&axis, f64::from(number) * ring.degrees).map_err(|why| format!("ring.{why}"))?;
-        let only = ModelPlace { position: [0.0; 3], attitude };
-        let moved = ModelPlace { position: (about - only.rotation() * about).into(), attitude };
+        let only = Place { position: [0.0; 3], attitude };
+        let moved = Place { position: (about - only.rotation() * about).into(), attitude };
         // The first copy keeps its exact place.
         let place = if number == 0 { place } else { place.within(&moved) };
         Ok(Copied { place, turned: only })

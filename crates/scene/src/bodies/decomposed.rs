@@ -1,18 +1,18 @@
 //! Meshes decomposed into convex pieces while a scene is read.
 
-use super::entries::{Files, FormFields, MeshValue, in_mesh, read_mesh, surface};
+use super::entries::{Files, MeshValue, PieceEntry, in_mesh, read_mesh, surface};
+use crate::bodies::shape::SpecificSolid;
 use tumble_core::geometry::MassProperties;
 use tumble_decompose::{DecompositionSettings, Fit, decompose};
-use tumble_model::shape::{ModelForm, ModelPlace, PlacedForm, SolidModel};
 
 /// Pieces of a mesh, and what is taken from the mesh itself.
 pub struct DecomposedMesh {
     /// Convex pieces, which can overlap.
-    pub pieces: Vec<PlacedForm>,
+    pub pieces: Vec<PieceEntry>,
     /// Mass properties of the mesh.
-    pub solid: SolidModel,
+    pub solid: SpecificSolid,
     /// Triangles of the mesh, for pictures.
-    pub surface: PlacedForm,
+    pub surface: PieceEntry,
     /// Note on pieces that reach outside the mesh.
     pub note: Option<String>,
 }
@@ -23,7 +23,7 @@ const ROUNDING: f64 = 1e-9;
 impl DecomposedMesh {
     /// Decomposes the mesh of `fields`.
     pub fn new(
-        mut fields: FormFields,
+        mut fields: PieceEntry,
         settings: &DecompositionSettings,
         files: &Files<'_>,
     ) -> Result<Self, String> {
@@ -36,7 +36,7 @@ impl DecomposedMesh {
             return Err("radius: it has no meaning with `decompose`; leave it out".to_owned());
         }
         let scale = fields.scale.take().unwrap_or(1.0);
-        if let Some(other) = fields.form(files)? {
+        if let Some(other) = fields.exact_form(files)? {
             let other = other.field();
             return Err(format!(
                 "mesh: only one shape can be given, and there is already `{other}`"
@@ -52,16 +52,14 @@ impl DecomposedMesh {
                  to {volume_ratio:.4} of the mesh's; a larger `resolution` comes closer"
             )
         });
-        let here = |form: ModelForm| PlacedForm { form, place: ModelPlace::ORIGIN };
         let pieces = pieces.iter().map(|piece| {
             let corners = piece.core().vertices();
-            let points = corners.iter().map(|&corner| corner.into()).collect();
-            here(ModelForm::Hull { points, radius: 0.0 })
+            PieceEntry::from_hull(corners.iter().map(|&corner| corner.into()))
         });
         Ok(Self {
             pieces: pieces.collect(),
-            solid: SolidModel::from_properties(&MassProperties::from_mesh(&mesh)),
-            surface: here(surface(&mesh, 0.0)),
+            solid: SpecificSolid::from_properties(&MassProperties::from_mesh(&mesh)),
+            surface: PieceEntry { surface: Some(surface(&mesh)), ..PieceEntry::default() },
             note,
         })
     }

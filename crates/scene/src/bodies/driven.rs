@@ -1,17 +1,17 @@
 //! Tables `[[driven]]` and `[[surfaces]]`: bodies with prescribed motions, and surfaces that
 //! move or have an axis of friction.
 
-use super::entries::AttitudeEntry;
-use super::joints::{JointEntries, JointSide, anchor_in_range};
+use super::entries::{AttitudeEntry, BodyEntry};
+use super::joints::{JointSide, anchor_in_range};
+use crate::bodies::place::Place;
 use nalgebra::Vector3;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
+use tumble_core::error::Error;
+use tumble_core::joint::{Joint, Knots};
 use tumble_core::simulation::JOINT_AT_THE_START;
-use tumble_model::BodyModel;
 use tumble_model::fields::{Exactly, Numbers};
-use tumble_model::joint::{CourseModel, JointKind, JointModel};
-use tumble_model::shape::ModelPlace;
 
-#[derive(Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(
     deny_unknown_fields,
     expecting = "a table [[driven]], body = \"…\" with times and positions, or velocity and spin"
@@ -26,12 +26,12 @@ pub struct DrivenEntry {
     spin: Option<Numbers<3>>,
     about: Option<Numbers<3>>,
     /// Frames in the body, from its centre of mass, and in the world, as a run has them.
-    frames: Option<Exactly<ModelPlace, 2>>,
+    frames: Option<Exactly<Place, 2>>,
     /// Prescribed motion of the frame in the world, as a run has it.
     course: Option<CourseModel>,
 }
 
-#[derive(Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(
     deny_unknown_fields,
     expecting = "{ of = \"…\", velocity = [x, y, z] } or { of = \"…\", axis = [x, y, z], factor = … }"
@@ -47,6 +47,46 @@ pub struct SurfaceEntry {
     pub factor: Option<f64>,
 }
 
+/// Prescribed motion of a frame in the world: piecewise linear, then with constant velocity.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CourseModel {
+    /// Times of the knots (s).
+    pub times: Vec<f64>,
+    /// Place at each time.
+    pub places: Vec<Place>,
+    /// Velocity after the last time (m/s).
+    #[serde(default)]
+    pub velocity: [f64; 3],
+    /// Angular velocity after the last time (rad/s), world frame.
+    #[serde(default)]
+    pub spin: [f64; 3],
+}
+
+impl CourseModel {
+    /// Prescribed motion in the form of the core.
+    ///
+    /// # Errors
+    /// Invalid knots or velocities; the sentence begins with the name of the field.
+    pub fn knots(&self) -> Result<Knots, String> {
+        if self.times.len() != self.places.len() {
+            let (times, places) = (self.times.len(), self.places.len());
+            return Err(format!(
+                "times: {times} times and {places} places; as many of both are needed"
+            ));
+        }
+        let frames = self.places.iter().map(Place::frame);
+        let knots = Knots::new(self.times.iter().copied().zip(frames).collect());
+        let knots = knots.map_err(|error| format!("times: {error}"))?;
+        let steady = knots.going_on(self.velocity.into(), self.spin.into());
+        steady.map_err(|error| match error {
+            Error::OutOfRange { field, .. } if field.starts_with("spin") => {
+                format!("spin: {error}")
+            }
+            other => format!("velocity: {other}"),
+        })
+    }
+}
+
 impl DrivenEntry {
     /// Name of the driven body as an addition to error messages.
     pub fn error_suffix(&self) -> String {
@@ -58,59 +98,67 @@ impl DrivenEntry {
         self.name.as_deref()
     }
 
-    /// Adds the joint that drives the body from the time `start` (s). `find` returns the bodies of
-    /// a name.
-    pub fn add(
-        &self,
-        joints: &mut JointEntries,
-        bodies: &[BodyModel],
-        find: impl Fn(&str) -> Result<Vec<usize>, String>,
-        start: f64,
-    ) -> Result<(), String> {
-        let body = match find(&self.body).map_err(|why| format!("body: {why}"))?[..] {
-            [body] => body,
-            ref several => {
-                let count = several.len();
-                return Err(format!("body: {:?} names {count} bodies; one is needed", self.body));
-            }
-        };
-        if joints.models.iter().any(|joint| joint.body == body && joint.course.is_some()) {
-            return Err(format!("body: {:?} is already driven", self.body));
-        }
-        let of = &bodies[body];
-        let name = self.name.clone().unwrap_or_else(|| format!("{}-drive", of.name));
-        let joint = |frames, course| JointModel {
-            name,
-            kind: JointKind::Fixed,
-            body,
-            other: None,
-            frames,
-            length: None,
-            cone: None,
-            middle: None,
-            collide: false,
-            drives: Vec::new(),
+    /// Name of the driven body.
+    pub fn body(&self) -> &str {
+        &self.body
+    }
+
+    /// Exact form of this entry for a `body`, which it drives from the time `start` (s).
+    pub fn exact(&self, body: &BodyEntry, start: f64) -> Result<Self, String> {
+        let name = self.name.clone().unwrap_or_else(|| format!("{}-drive", body.name()));
+        let exact = |frames: [Place; 2], course| Self {
+            name: Some(name),
+            body: body.name().to_owned(),
+            times: None,
+            positions: None,
+            attitudes: None,
+            velocity: None,
+            spin: None,
+            about: None,
+            frames: Some(Exactly(frames)),
             course: Some(course),
         };
         if let (Some(frames), Some(course)) = (&self.frames, &self.course) {
-            return joints.push(joint(frames.0, course.clone()));
+            return Ok(exact(frames.0, course.clone()));
         }
         self.refuse_idle()?;
-        let side = JointSide::new(Some(of));
-        let (origin, attitude) = (Vector3::zeros(), ModelPlace::ORIGIN.attitude.into());
+        let side = JointSide::new(Some(body));
+        let (origin, attitude) = (Vector3::zeros(), Place::ORIGIN.attitude.into());
         let mut anchor = side.placed(&origin, &attitude);
         if let Some(about) = &self.about {
             anchor_in_range("about", Some(about))?;
             anchor.anchor = about.0.into();
         }
         let (there, own) = (JointSide::new(None).to_local(&anchor), side.to_local(&anchor));
-        let joint = joint([own, there], self.course(&there, start)?);
-        refuse_elsewhere(&joint, of, start)?;
-        joints.push(joint)
+        let course = self.course(&there, start)?;
+        refuse_elsewhere(&own, &course, body, start)?;
+        Ok(exact([own, there], course))
+    }
+
+    /// Prescribed motion of an entry in exact form.
+    ///
+    /// # Errors
+    /// Invalid knots or velocities; the sentence begins with the name of the field.
+    pub fn knots(&self) -> Result<Knots, String> {
+        let course = self.course.as_ref().ok_or_else(|| "course: it is needed".to_owned())?;
+        course.knots()
+    }
+
+    /// Moves the frame in the world.
+    pub fn set_frame(&mut self, place: Place) {
+        if let Some(frames) = &mut self.frames {
+            frames.0[1] = place;
+        }
+    }
+
+    /// Joint of an entry in exact form. `body` finds its body.
+    pub fn joint(&self, body: impl Fn(&str) -> Result<usize, String>) -> Result<Joint, String> {
+        let frames = self.frames.ok_or_else(|| "frames: they are needed".to_owned())?;
+        Ok(Joint::fixed(body(&self.body)?, None, frames.0.each_ref().map(Place::frame)))
     }
 
     /// Prescribed motion of a frame that is at `there` at the time `start` (s).
-    fn course(&self, there: &ModelPlace, start: f64) -> Result<CourseModel, String> {
+    fn course(&self, there: &Place, start: f64) -> Result<CourseModel, String> {
         let numbers = |of: &Option<Numbers<3>>| of.as_ref().map_or([0.0; 3], |of| of.0);
         let (velocity, spin) = (numbers(&self.velocity), numbers(&self.spin));
         let Some(times) = &self.times else {
@@ -168,14 +216,16 @@ impl DrivenEntry {
     }
 }
 
-/// Checks that the body starts where its prescribed motion begins.
-fn refuse_elsewhere(joint: &JointModel, body: &BodyModel, start: f64) -> Result<(), String> {
-    let Some(course) = &joint.course else { return Ok(()) };
+/// Checks that the body starts where its prescribed motion begins. `own` is the frame in the body.
+fn refuse_elsewhere(
+    own: &Place,
+    course: &CourseModel,
+    body: &BodyEntry,
+    start: f64,
+) -> Result<(), String> {
     let knots = course.knots()?;
-    let [own, _] = joint.frames;
-    let frames = [own.frame(), knots.at(start)];
-    let there = tumble_core::joint::Joint::fixed(0, None, frames);
-    let (place, turn) = there.error(&[body.start]).unwrap_or((f64::NAN, f64::NAN));
+    let there = Joint::fixed(0, None, [own.frame(), knots.at(start)]);
+    let (place, turn) = there.error(&[body.start()]).unwrap_or((f64::NAN, f64::NAN));
     // Written so that a NaN is rejected.
     let fits = place.max(turn) <= JOINT_AT_THE_START;
     if fits {
@@ -185,6 +235,6 @@ fn refuse_elsewhere(joint: &JointModel, body: &BodyModel, start: f64) -> Result<
     Err(format!(
         "{field}: at t = {start} s the prescribed motion is {place:.3e} m and {turn:.3e} rad from \
          the start of {}; allowed: {JOINT_AT_THE_START:.0e} of each",
-        body.name
+        body.name()
     ))
 }

@@ -1,26 +1,27 @@
 //! Tables of the notation `[[bodies]]` as deserialised.
 
+use super::drawn::DrawnModel;
+use crate::bodies::place::Place;
 use crate::choices::StartFrame;
 use crate::coefficients::with_coefficients;
 use crate::tables::{InertiaValue, LoadTable, Random, Sides};
 use nalgebra::Vector3;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
+use std::io;
 use std::path::Path;
 use tumble_core::error::Error;
 use tumble_core::geometry::mesh::{Mesh, parse_obj, parse_stl};
-use tumble_core::geometry::smooth::USUAL_SIDES;
 use tumble_core::mechanics::quaternion::unit;
 use tumble_decompose::DecompositionSettings;
-use tumble_model::DrawnModel;
 use tumble_model::colour::{BodyLabel, Colour};
-use tumble_model::fields::{Exactly, Numbers, table_if_any};
-use tumble_model::shape::{ModelForm, ModelPlace};
+use tumble_model::failure::field_of;
+use tumble_model::fields::{Exactly, Numbers, numbers, table_if_any};
 use tumble_model::shown;
 
 /// Defines a table that has the fields of a convex form and others.
 macro_rules! with_form {
     ($name:ident, $expected:literal { $($(#[$meta:meta])* $field:ident: $type:ty,)* }) => {
-        #[derive(Default, Deserialize)]
+        #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
         #[serde(deny_unknown_fields, expecting = $expected)]
         pub struct $name {
             #[serde(rename = "box")]
@@ -43,8 +44,8 @@ macro_rules! with_form {
 
         impl $name {
             /// Takes the fields of the form.
-            pub fn take_form(&mut self) -> FormFields {
-                FormFields {
+            pub fn take_form(&mut self) -> PieceEntry {
+                PieceEntry {
                     cuboid: self.cuboid.take(),
                     sphere: self.sphere.take(),
                     capsule: self.capsule.take(),
@@ -56,6 +57,7 @@ macro_rules! with_form {
                     scale: self.scale.take(),
                     radius: self.radius.take(),
                     sides: self.sides.take(),
+                    ..PieceEntry::default()
                 }
             }
         }
@@ -63,11 +65,11 @@ macro_rules! with_form {
 }
 
 with_coefficients!(with_form, f64, BodyEntry, "a table [[bodies]]" {
+    name: Option<String>,
     shape: Option<String>,
     points: Option<Vec<Numbers<3>>>,
     point_mass: Option<bool>,
     pieces: Option<Vec<PieceEntry>>,
-    name: Option<String>,
     mass: Option<f64>,
     density: Option<f64>,
     inertia: Option<InertiaValue>,
@@ -98,8 +100,8 @@ with_coefficients!(with_form, f64, BodyEntry, "a table [[bodies]]" {
 });
 
 with_coefficients!(with_form, f64, FixedEntry, "a table [[fixed]]" {
-    pieces: Option<Vec<PieceEntry>>,
     name: Option<String>,
+    pieces: Option<Vec<PieceEntry>>,
     friction: Option<f64>,
     groups: Option<Vec<String>>,
     collides_with: Option<Vec<String>>,
@@ -115,11 +117,7 @@ with_coefficients!(with_form, f64, FixedEntry, "a table [[fixed]]" {
 });
 
 with_form!(PieceEntry, "a piece, { box = …, position = …, attitude = … }" {
-    position: Option<Numbers<3>>,
-    attitude: Option<AttitudeEntry>,
-});
-
-with_form!(LookEntry, "a piece, or { surface = { vertices = …, triangles = … } }" {
+    /// Triangles of a look, which need not be convex.
     #[serde(default, deserialize_with = "table_if_any")]
     surface: Option<SurfaceTable>,
     position: Option<Numbers<3>>,
@@ -127,15 +125,15 @@ with_form!(LookEntry, "a piece, or { surface = { vertices = …, triangles = …
 });
 
 /// Visual shape of a body: that of another body, or parts.
-#[derive(Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "the name of a body, or a list of parts, is needed")]
 pub enum LookValue {
     Of(String),
-    Parts(Vec<LookEntry>),
+    Parts(Vec<PieceEntry>),
 }
 
 /// Mesh: the name of a file, or triangles.
-#[derive(Clone, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "a file name, or { vertices = …, triangles = … }, is needed")]
 pub enum MeshValue {
     File(String),
@@ -150,81 +148,79 @@ impl MeshValue {
 }
 
 /// Triangles, which need not form a closed surface where they are only visual.
-#[derive(Clone, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(
     deny_unknown_fields,
     expecting = "{ vertices = [[x, y, z], …], triangles = [[i, j, k], …] }"
 )]
 pub struct SurfaceTable {
-    vertices: Vec<Numbers<3>>,
-    triangles: Vec<Exactly<usize, 3>>,
+    pub vertices: Vec<Numbers<3>>,
+    pub triangles: Vec<Exactly<usize, 3>>,
     /// Colour in pictures; default from the body.
-    colour: Option<Colour>,
+    pub colour: Option<Colour>,
 }
 
 /// Maximum number of triangles of a surface.
 const MOST_TRIANGLES: usize = 200_000;
 
 impl SurfaceTable {
-    /// Checks the surface and converts it to a form with this rounding radius (m).
-    pub fn form(self, radius: f64) -> Result<ModelForm, String> {
-        let vertices = plain(self.vertices);
-        let triangles: Vec<_> = self.triangles.into_iter().map(|three| three.0).collect();
-        if !(1..=MOST_TRIANGLES).contains(&triangles.len()) {
-            let count = triangles.len();
+    /// Checks the surface.
+    fn check(&self) -> Result<(), String> {
+        let count = self.triangles.len();
+        if !(1..=MOST_TRIANGLES).contains(&count) {
             return Err(format!("triangles: {count} given; allowed: 1 to {MOST_TRIANGLES}"));
         }
-        if let Some(invalid) =
-            vertices.iter().flatten().find(|number| !(-1e6..=1e6).contains(*number))
-        {
+        let mut numbers = self.vertices.iter().flat_map(|vertex| vertex.0);
+        if let Some(invalid) = numbers.find(|number| !(-1e6..=1e6).contains(number)) {
             return Err(format!("vertices: a coordinate is {invalid} m; allowed: -1e6 to 1e6"));
         }
-        if let Some(invalid) = triangles.iter().flatten().find(|index| **index >= vertices.len()) {
-            let count = vertices.len();
-            return Err(format!(
+        let mut corners = self.triangles.iter().flat_map(|three| three.0);
+        let count = self.vertices.len();
+        match corners.find(|index| *index >= count) {
+            Some(invalid) => Err(format!(
                 "triangles: vertex {invalid} does not exist; there are {count} vertices"
-            ));
+            )),
+            None => Ok(()),
         }
-        Ok(ModelForm::Mesh { vertices, triangles, radius, colour: self.colour })
     }
 }
 
-#[derive(Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "{ between = [\"…\", \"…\"], coefficient = … }")]
 pub struct PairEntry {
     pub between: Exactly<String, 2>,
     pub coefficient: f64,
 }
 
-#[derive(Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "{ between = [\"…\", \"…\"] }")]
 pub struct ApartEntry {
     pub between: Exactly<String, 2>,
 }
 
 /// Capsule or cylinder.
-#[derive(Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "{ length = …, radius = … }")]
 pub struct TubeTable {
-    length: f64,
-    radius: f64,
+    pub length: f64,
+    pub radius: f64,
 }
 
-#[derive(Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "{ height = …, radius = … }")]
 pub struct ConeTable {
-    height: f64,
-    radius: f64,
+    pub height: f64,
+    pub radius: f64,
 }
 
-#[derive(Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "{ count = [x, y, z], step = [x, y, z] }")]
 pub struct CopiesTable {
     pub count: Exactly<u32, 3>,
     pub step: Numbers<3>,
 }
 
-#[derive(Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "{ count = …, degrees = …, … }")]
 pub struct RingTable {
     pub count: u32,
@@ -234,7 +230,7 @@ pub struct RingTable {
 }
 
 /// Attitude: random, a quaternion, or a rotation about an axis.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(
     untagged,
     expecting = "\"random\", four numbers (w, x, y, z) or { axis = [x, y, z], degrees = … } are \
@@ -252,21 +248,21 @@ pub enum AttitudeEntry {
 }
 
 /// Unit quaternion w, x, y, z as a run had it.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExactTable {
     exactly: Numbers<4>,
 }
 
 /// Rotation about an axis.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AxisTable {
     axis: Numbers<3>,
     degrees: f64,
 }
 
-#[derive(Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "one number or three are needed")]
 pub enum Jitter {
     Same(f64),
@@ -274,6 +270,15 @@ pub enum Jitter {
 }
 
 impl AttitudeEntry {
+    /// Unit quaternion that keeps its bits when it is read.
+    pub fn exact(quaternion: [f64; 4]) -> Self {
+        let given = Exactly(quaternion);
+        if <[f64; 4]>::from(unit(quaternion.into())) == quaternion {
+            return Self::Quaternion(given);
+        }
+        Self::Exactly(ExactTable { exactly: given })
+    }
+
     /// Unit quaternion w, x, y, z; `None` for a random attitude.
     pub fn quaternion(&self) -> Result<Option<[f64; 4]>, String> {
         match self {
@@ -305,7 +310,7 @@ pub fn turn(axis: &[f64; 3], degrees: f64) -> Result<[f64; 4], String> {
     if !(-3600.0..=3600.0).contains(&degrees) {
         return Err(format!("degrees is {degrees}; allowed: -3600 to 3600"));
     }
-    Ok(ModelPlace::turn(axis, degrees))
+    Ok(Place::turn(axis, degrees))
 }
 
 /// Folder of the meshes of a scenario and the function that reads them.
@@ -318,100 +323,117 @@ pub struct Files<'a> {
 }
 
 impl<'a> Files<'a> {
+    /// No files.
+    pub fn none() -> Self {
+        Self {
+            folder: Path::new(""),
+            read: &|_, _| Err(io::Error::other("files cannot be read here")),
+        }
+    }
+
     /// Meshes in the folder of the file `path`.
     pub fn beside(path: &'a Path, read: tumble_model::ReadFile<'a>) -> Self {
         Self { folder: path.parent().unwrap_or(Path::new("")), read }
     }
 }
 
-/// Fields of a convex form.
-pub struct FormFields {
-    cuboid: Option<Sides>,
-    sphere: Option<f64>,
-    capsule: Option<TubeTable>,
-    cylinder: Option<TubeTable>,
-    cone: Option<ConeTable>,
-    ellipsoid: Option<Numbers<3>>,
-    hull: Option<Vec<Numbers<3>>>,
-    pub mesh: Option<MeshValue>,
-    pub scale: Option<f64>,
-    pub radius: Option<f64>,
-    sides: Option<usize>,
-}
-
-impl FormFields {
-    /// Converts the given form; `None` without one. Meshes are in `files`.
-    pub fn form(self, files: &Files<'_>) -> Result<Option<ModelForm>, String> {
-        let mut forms = Vec::new();
-        let rounded = self.hull.is_some() || self.mesh.is_some();
-        if self.radius.is_some() && !rounded {
+impl PieceEntry {
+    /// Exact form without its place; `None` without a form. Meshes are in `files`.
+    pub fn exact_form(mut self, files: &Files<'_>) -> Result<Option<Self>, String> {
+        let forms = self.forms();
+        if self.radius.is_some() && !forms.iter().any(|form| ["hull", "mesh"].contains(form)) {
             return Err("radius: it has no meaning without `hull` or `mesh`".to_owned());
         }
         if self.scale.is_some() && self.mesh.is_none() {
             return Err("scale: it has no meaning without `mesh`".to_owned());
         }
-        let smooth = self.cylinder.is_some() || self.cone.is_some() || self.ellipsoid.is_some();
-        if self.sides.is_some() && !smooth {
+        let smooth = ["cylinder", "cone", "ellipsoid"];
+        if self.sides.is_some() && !forms.iter().any(|form| smooth.contains(form)) {
             let why = "it has no meaning without `cylinder`, `cone` or `ellipsoid`";
             return Err(format!("sides: {why}"));
         }
-        let (radius, sides) = (self.radius.unwrap_or(0.0), self.sides.unwrap_or(USUAL_SIDES));
-        forms.extend(self.cuboid.map(|cuboid| ModelForm::Box { sides: cuboid.vector().into() }));
-        forms.extend(self.sphere.map(|radius| ModelForm::Sphere { radius }));
-        let capsule = |TubeTable { length, radius }| ModelForm::Capsule { length, radius };
-        forms.extend(self.capsule.map(capsule));
-        let cylinder = |TubeTable { length, radius }| ModelForm::Cylinder { length, radius, sides };
-        forms.extend(self.cylinder.map(cylinder));
-        let cone = |ConeTable { height, radius }| ModelForm::Cone { height, radius, sides };
-        forms.extend(self.cone.map(cone));
-        let ellipsoid = |half: Numbers<3>| ModelForm::Ellipsoid { half_axes: half.0, sides };
-        forms.extend(self.ellipsoid.map(ellipsoid));
-        forms.extend(self.hull.map(|points| ModelForm::Hull { points: plain(points), radius }));
-        match self.mesh {
+        match &self.mesh {
             Some(MeshValue::File(name)) => {
-                forms.push(mesh(files, &name, self.scale.unwrap_or(1.0), radius)?);
+                let mesh = read_mesh(files, name, self.scale.take().unwrap_or(1.0))?;
+                // Checks convexity here so that the error has the name of the file.
+                mesh.hull().map_err(|error| in_mesh(files, name, &error))?;
+                self.mesh = Some(MeshValue::Own(surface(&mesh)));
             }
             Some(MeshValue::Own(_)) if self.scale.is_some() => {
                 return Err("scale: it has no meaning without a mesh file".to_owned());
             }
-            Some(MeshValue::Own(own)) => {
-                forms.push(own.form(radius).map_err(|why| format!("mesh.{why}"))?);
-            }
+            Some(MeshValue::Own(own)) => own.check().map_err(|why| format!("mesh.{why}"))?,
             None => {}
         }
-        let form = forms.pop();
-        match (forms.first(), &form) {
-            (Some(first), Some(form)) => {
-                let (one, other) = (first.field(), form.field());
+        match forms[..] {
+            [] => Ok(None),
+            [_] => Ok(Some(self)),
+            [one, .., other] => {
                 Err(format!("{other}: only one shape can be given, and there is already `{one}`"))
             }
-            _ => Ok(form),
         }
+    }
+
+    /// Exact form. An error begins with a field, or else with `: `.
+    pub fn exact(self, files: &Files<'_>) -> Result<Self, String> {
+        if self.surface.is_some() {
+            return Err(".surface: it has no meaning outside a look; give `mesh`".to_owned());
+        }
+        let place = placed(self.position, self.attitude.as_ref());
+        let exact = self.exact_form(files).map_err(|why| format!(".{why}"))?;
+        let exact = exact.ok_or_else(|| format!(": {ONE_SHAPE}"))?;
+        let exact = exact.placed_at(&place.map_err(|why| format!(".{why}"))?);
+        exact.check()?;
+        Ok(exact)
+    }
+
+    /// Rejects a piece in exact form that the core does not accept. An error begins with the field.
+    pub fn check(&self) -> Result<(), String> {
+        self.piece()
+            .map(drop)
+            .map_err(|error| format!(".{}: {error}", field_of(&error).unwrap_or(self.field())))
+    }
+
+    /// Exact form of the part of a look. An error begins with a field, or else with `: `.
+    pub fn exact_part(self, files: &Files<'_>) -> Result<Self, String> {
+        let place = placed(self.position, self.attitude.as_ref());
+        let surface = self.surface.clone();
+        surface
+            .iter()
+            .try_for_each(SurfaceTable::check)
+            .map_err(|why| format!(".surface.{why}"))?;
+        let exact = self.exact_form(files).map_err(|why| format!(".{why}"))?;
+        let place = place.map_err(|why| format!(".{why}"))?;
+        match (exact, surface) {
+            (Some(form), None) => {
+                let part = form.placed_at(&place);
+                part.piece().map_err(|error| format!(".{}: {error}", part.field()))?;
+                Ok(part)
+            }
+            (None, surface @ Some(_)) => Ok(Self { surface, ..Self::default() }.placed_at(&place)),
+            _ => Err(format!(": {ONE_SHAPE}, or a surface")),
+        }
+    }
+
+    /// Number of triangles of its surface.
+    pub fn triangles(&self) -> usize {
+        self.surface.as_ref().map_or(0, |surface| surface.triangles.len())
     }
 }
 
 /// Points as plain arrays.
-pub fn plain(points: Vec<Numbers<3>>) -> Vec<[f64; 3]> {
-    points.into_iter().map(|point| point.0).collect()
+pub fn plain(points: &[Numbers<3>]) -> Vec<[f64; 3]> {
+    points.iter().map(|point| point.0).collect()
 }
 
 /// Maximum size of a mesh file (bytes).
 const LARGEST_MESH: u64 = 32 << 20;
 
-/// Convex mesh of a file.
-fn mesh(files: &Files<'_>, name: &str, scale: f64, radius: f64) -> Result<ModelForm, String> {
-    let mesh = read_mesh(files, name, scale)?;
-    // Checks convexity here so that the error has the name of the file.
-    mesh.hull().map_err(|error| in_mesh(files, name, &error))?;
-    Ok(surface(&mesh, radius))
-}
-
 /// Triangles of a mesh.
-pub fn surface(mesh: &Mesh, radius: f64) -> ModelForm {
-    ModelForm::Mesh {
-        vertices: mesh.vertices().iter().map(|&vertex| vertex.into()).collect(),
-        triangles: mesh.triangles().to_vec(),
-        radius,
+pub fn surface(mesh: &Mesh) -> SurfaceTable {
+    SurfaceTable {
+        vertices: mesh.vertices().iter().map(numbers).collect(),
+        triangles: mesh.triangles().iter().copied().map(Exactly).collect(),
         colour: None,
     }
 }
@@ -451,4 +473,26 @@ pub fn read_triangles<T>(
 pub fn read_mesh(files: &Files<'_>, name: &str, scale: f64) -> Result<Mesh, String> {
     let mesh = read_triangles(files, name, LARGEST_MESH, parse_obj, parse_stl)?;
     mesh.scaled(scale).map_err(|error| in_mesh(files, name, &error))
+}
+
+/// Error message for a missing shape of a fixed object or piece.
+pub const ONE_SHAPE: &str =
+    "one shape is needed: box, sphere, capsule, cylinder, cone, ellipsoid, hull or mesh";
+
+/// Place of an object, whose attitude must not be random.
+pub fn placed(
+    position: Option<Numbers<3>>,
+    attitude: Option<&AttitudeEntry>,
+) -> Result<Place, String> {
+    let position = position.map_or([0.0; 3], |position| position.0);
+    if !position.iter().all(|coordinate| coordinate.abs() <= 1e4) {
+        return Err("position: coordinates from -1e4 to 1e4 m are needed".to_owned());
+    }
+    let attitude = match attitude.map(AttitudeEntry::quaternion) {
+        None => Place::ORIGIN.attitude,
+        Some(Ok(Some(quaternion))) => quaternion,
+        Some(Ok(None)) => return Err("attitude: only bodies can have a random one".to_owned()),
+        Some(Err(why)) => return Err(format!("attitude: {why}")),
+    };
+    Ok(Place { position, attitude })
 }

@@ -1,16 +1,17 @@
 //! Tables `[[gears]]` and their conversion to the model.
 
-use super::joints::{DriveEntry, JointEntries, MotorFields};
-use serde::Deserialize;
+use super::joints::{DriveEntry, MotorFields};
+use serde::{Deserialize, Serialize};
 use tumble_core::joint::{Drive, Gear, GearAxis};
+use tumble_model::joint::JointKind;
 
 /// Maximum number of gears of a scene.
-const MOST_GEARS: usize = 10_000;
+pub const MOST_GEARS: usize = 10_000;
 
-#[derive(Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "{ joints = [\"…\", \"…\"], ratio = …, … }")]
 pub struct GearEntry {
-    joints: Vec<String>,
+    pub joints: Vec<String>,
     axes: Option<Vec<String>>,
     ratio: Option<f64>,
     offset: Option<f64>,
@@ -24,11 +25,24 @@ impl GearEntry {
         format!(" ({})", self.joints.join(", "))
     }
 
-    /// Gear between two of `joints`; `others` is the number of earlier gears.
-    pub fn model(&self, joints: &JointEntries, others: usize) -> Result<Gear, String> {
-        if others >= MOST_GEARS {
-            return Err(format!("joints: there are more than {MOST_GEARS} gears"));
+    /// Entry in exact form between the `joints` with these names and axes.
+    pub fn exact(joints: [&str; 2], axes: [&str; 2], gear: &Gear) -> Self {
+        let drive = gear.drive();
+        Self {
+            joints: joints.map(str::to_owned).to_vec(),
+            axes: Some(axes.map(str::to_owned).to_vec()),
+            ratio: Some(gear.ratio()),
+            offset: Some(gear.offset()),
+            drive: drive.map(DriveEntry::from),
+            motor: drive.and_then(|drive| drive.motor).as_ref().map(MotorFields::from),
         }
+    }
+
+    /// Gear between two joints. `find` returns the index, the type and the name of a joint.
+    pub fn gear(
+        &self,
+        find: impl Fn(&str) -> Result<(usize, JointKind, String), String>,
+    ) -> Result<Gear, String> {
         let [first, second] = &self.joints[..] else {
             return Err("joints: two names are needed, first the joint that follows".to_owned());
         };
@@ -38,8 +52,8 @@ impl GearEntry {
             Some(_) => return Err("axes: one axis per joint is needed".to_owned()),
         };
         let found = |name: &String, axis: Option<&str>| {
-            let joint = joints.one(name).map_err(|why| format!("joints: {why}"))?;
-            let axis = joints.models[joint].driven_axis(axis).map_err(|why| {
+            let (joint, kind, name) = find(name).map_err(|why| format!("joints: {why}"))?;
+            let axis = kind.driven_axis(&name, axis).map_err(|why| {
                 format!("axes: {why}; a gear needs one axis that turns or slides")
             })?;
             Ok::<_, String>((joint, axis))

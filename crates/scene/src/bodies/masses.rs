@@ -2,11 +2,11 @@
 
 use super::build::with_field;
 use super::entries::BodyEntry;
+use crate::bodies::shape::{BodyShape, SpecificSolid};
 use crate::tables::InertiaValue;
 use nalgebra::{Matrix3, Vector3};
 use tumble_core::geometry::{Aabb, Hint, PairScratch, Piece, overlap};
 use tumble_core::mechanics::Pose;
-use tumble_model::shape::{ModelShape, SolidModel};
 
 /// Inertia of a point mass per unit mass (m²). It has no effect.
 const POINT_INERTIA: f64 = 1.0;
@@ -17,7 +17,7 @@ const TOUCHING: f64 = 1e-6;
 /// Rejects overlapping pieces of a body if mass properties are computed from them.
 ///
 /// The overlap would be counted twice.
-fn refuse_overlapping_pieces(shape: &ModelShape, entry: &BodyEntry) -> Result<(), String> {
+fn refuse_overlapping_pieces(shape: &BodyShape, entry: &BodyEntry) -> Result<(), String> {
     let is_given = entry.inertia.as_ref().is_some_and(|inertia| inertia.matrix().is_some());
     if entry.mass.is_some() && entry.centre.is_some() && is_given {
         return Ok(());
@@ -49,7 +49,7 @@ pub const LARGEST_PART: f64 = 10.0;
 pub const MILLIMETRES: &str = "is the file in millimetres? Then add `scale = 0.001`";
 
 /// Length of a shape that exceeds [`LARGEST_PART`] (m).
-pub fn size_of_large_part(shape: &ModelShape) -> Option<f64> {
+pub fn size_of_large_part(shape: &BodyShape) -> Option<f64> {
     let pieces = shape.pieces().ok()?;
     let here = Pose { position: Vector3::zeros(), rotation: Matrix3::identity() };
     let boxes = pieces.iter().map(|piece| Aabb::from_piece(piece, &here));
@@ -60,12 +60,12 @@ pub fn size_of_large_part(shape: &ModelShape) -> Option<f64> {
 /// Mass (kg), inertia tensor (kg m²) and centre of mass (m), in the shape's frame. `solid` replaces
 /// the properties of the shape's pieces.
 pub fn mass_properties(
-    shape: &ModelShape,
-    solid: Option<SolidModel>,
+    shape: &BodyShape,
+    solid: Option<SpecificSolid>,
     entry: &BodyEntry,
 ) -> Result<(f64, Matrix3<f64>, Vector3<f64>), String> {
     let has_numbers = entry.inertia.as_ref().is_some_and(|inertia| inertia.matrix().is_some());
-    let has_centre = entry.centre.is_some() || matches!(shape, ModelShape::Points(_));
+    let has_centre = entry.centre.is_some() || matches!(shape, BodyShape::Points(_));
     let solid = if solid.is_some() || (entry.mass.is_some() && has_numbers && has_centre) {
         solid
     } else {
@@ -95,7 +95,7 @@ pub fn mass_properties(
         return Err("centre: it has no meaning without `inertia` in numbers".to_owned());
     }
     let centre = entry.centre.map(|centre| Vector3::from(centre.0));
-    let is_point = matches!(shape, ModelShape::Points(points) if points[..] == [[0.0; 3]]);
+    let is_point = matches!(shape, BodyShape::Points(points) if points[..] == [[0.0; 3]]);
     match (solid, given) {
         (solid, Some(inertia)) => {
             let own = solid.map_or(Vector3::zeros(), |solid| solid.centre);

@@ -2,27 +2,33 @@
 //!
 //! A scene is made in three steps:
 //!
-//! 1. [`build`] converts the tables of the file to a [`Model`](tumble_model::Model), the data
-//!    written to run.json.
-//! 2. The robots' initial states are corrected, and the model makes a
+//! 1. [`build`] makes the exact form of the document, which run.json has.
+//! 2. The robots' initial states are corrected, and the document makes a
 //!    [`World`](tumble_core::world::World).
 //! 3. The initial state is checked: loads, heights, overlaps, joints and gears.
 
 pub mod build;
-mod copies;
+pub mod copies;
 mod decomposed;
+pub mod drawn;
 pub mod driven;
 pub mod entries;
+pub mod exact;
 pub mod gears;
+mod groups;
 pub mod joints;
 pub mod masses;
-pub mod robots;
+pub mod place;
+pub mod shape;
 pub mod terrain;
+mod world;
 
 use super::document::Document;
 use super::scene::Scene;
 use super::solver_choice::SolverChoice;
-use build::BuiltScene;
+use super::tables::SolverTable;
+use crate::robots;
+use build::BuiltDocument;
 use entries::{BodyEntry, Files, PieceEntry};
 use tumble_core::error::Error;
 use tumble_core::geometry::Piece;
@@ -33,16 +39,17 @@ use tumble_model::failure::Failure;
 ///
 /// # Errors
 /// The first invalid value.
-pub fn scene(name: String, mut document: Document, files: Files<'_>) -> Result<Scene, Failure> {
-    let built = build::build(&mut document, files).map_err(Failure::Input)?;
-    let model = &built.model;
-    let is_alone = model.bodies.len() == 1 && model.fixed.is_empty() && model.terrains.is_empty();
-    if document.ground.is_none() && !(is_alone && model.joints.is_empty()) {
+pub fn scene(name: String, document: Document, files: Files<'_>) -> Result<Scene, Failure> {
+    let run = RunSettings::new(&document);
+    let built = build::build(document, files).map_err(Failure::Input)?;
+    let Document { bodies, fixed, terrain, joints, driven, .. } = &built.document;
+    let is_alone = bodies.len() == 1 && fixed.is_empty() && terrain.is_empty();
+    if built.document.ground.is_none() && !(is_alone && joints.is_empty() && driven.is_empty()) {
         let why = "a table [ground] is needed; set `none = true` in it for no ground, with \
                    `friction` for all bodies";
         return Err(Failure::setting("ground", why));
     }
-    scene_from_built(name, &document, built)
+    scene_from_built(name, &run, built)
 }
 
 /// Makes the scene of a single robot file, whose settings are those of `document`.
@@ -54,33 +61,52 @@ pub fn scene_from_robot(
     document: &Document,
     robot: &tumble_robot::model::Robot,
 ) -> Result<Scene, Failure> {
-    let built = robots::alone(robot, document).map_err(Failure::Input)?;
-    scene_from_built(name, document, built)
+    let built = robots::entry::alone(robot, document).map_err(Failure::Input)?;
+    scene_from_built(name, &RunSettings::new(document), built)
 }
 
-/// Makes the scene of a built model and checks its initial state.
+/// Settings of a run that are not part of the exact form.
+struct RunSettings {
+    seed: u32,
+    start_index: u64,
+    rows: u64,
+    solver: SolverTable,
+}
+
+impl RunSettings {
+    fn new(document: &Document) -> Self {
+        Self {
+            seed: document.seed(),
+            start_index: document.first_index(),
+            rows: document.rows(),
+            solver: document.solver(),
+        }
+    }
+}
+
+/// Makes the scene of a built document and checks its initial state.
 fn scene_from_built(
     name: String,
-    document: &Document,
-    mut built: BuiltScene,
+    run: &RunSettings,
+    built: BuiltDocument,
 ) -> Result<Scene, Failure> {
-    let world = tumble_robot::settled(&mut built.model, &mut built.robots)?;
-    let BuiltScene { model, drawn, robots, notes } = built;
-    let (solver, floats) = (document.solver(), document.ground.is_none());
-    let contact = (!floats).then(|| SolverChoice::new(&solver)).transpose()?;
+    let BuiltDocument { mut document, drawn, mut robots, notes } = built;
+    let world = robots::starts::settled(&mut document, &mut robots)?;
+    let has_ground = document.ground.is_some();
+    let contact = has_ground.then(|| SolverChoice::new(&run.solver)).transpose()?;
     if let Some(contact) = &contact {
         // Reports a solver that does not support this world before any file is written.
         contact.solver(&world)?;
     }
     let scene = Scene {
-        seed: document.seed(),
+        seed: run.seed,
         drawn,
-        start_index: document.start_index,
-        rows: document.steps,
+        start_index: run.start_index,
+        rows: run.rows,
         robots,
         file_notes: notes,
-        trajectory: solver.preset.is_some(),
-        ..Scene::from_model(name, model, world, contact)?
+        trajectory: run.solver.preset.is_some(),
+        ..Scene::from_document(name, document, world, contact)?
     };
     (0..scene.bodies.len()).try_for_each(|index| refuse_violent_load(&scene, index))?;
     refuse_violent_start(&scene)?;
@@ -94,8 +120,8 @@ fn scene_from_built(
 /// # Errors
 /// The first invalid value.
 pub fn with_body(scene: &Scene, entry: BodyEntry, files: Files<'_>) -> Result<Scene, Failure> {
-    let model = build::with_body(scene.model.clone(), entry, files).map_err(Failure::Input)?;
-    let scene = scene.clone().with_model(model)?;
+    let document = build::with_body(scene.document.clone(), entry, files);
+    let scene = scene.clone().with_document(document.map_err(Failure::Input)?)?;
     let last = scene.bodies.len() - 1;
     refuse_violent_load(&scene, last)?;
     Ok(scene)
@@ -106,8 +132,8 @@ pub fn with_body(scene: &Scene, entry: BodyEntry, files: Files<'_>) -> Result<Sc
 /// # Errors
 /// The first invalid value.
 pub fn piece(entry: PieceEntry, files: Files<'_>) -> Result<Piece, Failure> {
-    let placed = build::placed_piece("piece", entry, &files).map_err(Failure::Input)?;
-    Ok(placed.piece()?)
+    let exact = entry.exact(&files).map_err(|why| Failure::Input(format!("piece{why}")))?;
+    Ok(exact.piece()?)
 }
 
 /// Returns `scene` without the body `index` and its joints.
@@ -122,9 +148,9 @@ pub fn without_body(scene: &Scene, index: usize) -> Result<Scene, Failure> {
              removed"
         )));
     }
-    let mut model = scene.model.clone();
-    model.leave_out(index);
-    scene.clone().with_model(model)
+    let mut document = scene.document.clone();
+    document.leave_out(index);
+    scene.clone().with_document(document)
 }
 
 /// Rejects a load on the body `index` that would change its velocity too much in one step.

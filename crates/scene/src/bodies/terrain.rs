@@ -3,16 +3,16 @@
 use super::entries::{AttitudeEntry, Files, in_mesh, read_triangles};
 use crate::coefficients::{table, with_coefficients};
 use nalgebra::{Matrix3, Vector3};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 use tumble_core::error::Error;
 use tumble_core::geometry::Terrain;
 use tumble_core::geometry::mesh::{facets_of_obj, facets_of_stl};
-use tumble_core::geometry::terrain::{HeightField, Surface};
+use tumble_core::geometry::terrain::{HeightField, Surface, TerrainShape};
 use tumble_core::mechanics::quaternion::rotation;
-use tumble_model::fields::{Exactly, Numbers, matrix, table_if_any};
+use tumble_model::fields::{Exactly, Numbers, matrix, numbers, table_if_any};
 use tumble_model::heights::HeightGrid;
-use tumble_model::packed::{unpack_floats, unpack_indices};
+use tumble_model::packed::{pack_floats, pack_indices, unpack_floats, unpack_indices};
 use tumble_model::shown;
 
 /// Maximum size of a file of heights or triangles (bytes).
@@ -31,62 +31,65 @@ with_coefficients!(table, f64, TerrainEntry, "a table [[terrain]]" {
     attitude: Option<AttitudeEntry>,
     /// Rows of the rotation matrix, as a run has it.
     turned: Option<Exactly<Numbers<3>, 3>>,
-    pub name: Option<String>,
-    pub friction: Option<f64>,
-    pub groups: Option<Vec<String>>,
-    pub collides_with: Option<Vec<String>>,
+    name: Option<String>,
+    friction: Option<f64>,
+    groups: Option<Vec<String>>,
+    collides_with: Option<Vec<String>>,
+    /// Terrain of an entry in exact form.
+    #[serde(skip)]
+    made: Option<Arc<Terrain>>,
 });
 
 /// Heights of a field.
-#[derive(Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(
     untagged,
     expecting = "rows of numbers, or the name of a file that ends in .png, .npy or .csv, are needed"
 )]
-enum HeightsEntry {
+pub enum HeightsEntry {
     File(String),
     Rows(Vec<Vec<f64>>),
     Packed(PackedTable),
 }
 
 /// Heights as little-endian bytes, compressed by deflate, in Base64. The Python package writes them.
-#[derive(Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct PackedTable {
+pub struct PackedTable {
     columns: usize,
     packed: String,
 }
 
-#[derive(Clone, Copy, Deserialize)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 #[serde(untagged, expecting = "one number or two are needed")]
-enum SpacingEntry {
+pub enum SpacingEntry {
     Same(f64),
     Each(Numbers<2>),
 }
 
 /// Triangles, listed.
-#[derive(Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(
     deny_unknown_fields,
     expecting = "{ vertices = [[x, y, z], …], triangles = [[i, j, k], …] }"
 )]
-struct TrianglesTable {
+pub struct TrianglesTable {
     vertices: VerticesEntry,
     triangles: TrianglesEntry,
 }
 
 /// Vertices (m), or packed numbers of 8 bytes.
-#[derive(Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(untagged, expecting = "a list of [x, y, z] is needed")]
-enum VerticesEntry {
+pub enum VerticesEntry {
     Packed(String),
     List(Vec<Numbers<3>>),
 }
 
 /// Indices of vertices, or packed numbers of 4 bytes.
-#[derive(Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(untagged, expecting = "a list of [i, j, k] is needed")]
-enum TrianglesEntry {
+pub enum TrianglesEntry {
     Packed(String),
     List(Vec<Exactly<u32, 3>>),
 }
@@ -114,8 +117,61 @@ impl TrianglesTable {
 }
 
 impl TerrainEntry {
+    /// Entry of a `terrain` in exact form.
+    pub fn made(name: String, terrain: Terrain) -> Self {
+        Self { name: Some(name), made: Some(Arc::new(terrain)), ..Self::default() }
+    }
+
+    /// Exact form of this entry, whose terrain is `terrain`.
+    pub fn exact(self, name: String, terrain: Arc<Terrain>) -> Self {
+        Self {
+            name: Some(name),
+            made: Some(terrain),
+            heights: None,
+            spacing: None,
+            mesh: None,
+            surface: None,
+            scale: None,
+            position: None,
+            corner: None,
+            attitude: None,
+            turned: None,
+            ..self
+        }
+    }
+
+    /// Writes the terrain of an entry in exact form into its fields, packed.
+    ///
+    /// # Errors
+    /// Too many numbers for the memory.
+    pub fn pack(&mut self) -> Result<(), String> {
+        match self.made.as_ref().map(|terrain| terrain.shape()) {
+            Some(TerrainShape::Field(field)) => {
+                let turned: [[f64; 3]; 3] = field.rotation().transpose().into();
+                let packed = pack_floats(field.heights().iter().copied())?;
+                let columns = field.columns();
+                self.heights = Some(HeightsEntry::Packed(PackedTable { columns, packed }));
+                self.spacing = Some(SpacingEntry::Each(Exactly(field.spacing())));
+                self.corner = Some(numbers(field.position()));
+                self.turned = Some(Exactly(turned.map(Exactly)));
+            }
+            Some(TerrainShape::Mesh(mesh)) => {
+                let vertices = pack_floats(mesh.vertices().iter().flatten().copied())?;
+                let triangles = pack_indices(mesh.triangles().iter().flatten().copied())?;
+                let vertices = VerticesEntry::Packed(vertices);
+                let triangles = TrianglesEntry::Packed(triangles);
+                self.surface = Some(TrianglesTable { vertices, triangles });
+            }
+            None => {}
+        }
+        Ok(())
+    }
+
     /// Makes the terrain. The sentence of an error begins with the field.
     pub fn terrain(&self, files: &Files<'_>) -> Result<Arc<Terrain>, String> {
+        if let Some(terrain) = &self.made {
+            return Ok(Arc::clone(terrain));
+        }
         let exact = self.turned.as_ref().map(matrix);
         let turn = match self.attitude.as_ref().map(AttitudeEntry::quaternion).transpose() {
             Err(why) => return Err(format!("attitude: {why}")),

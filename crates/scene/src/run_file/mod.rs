@@ -12,13 +12,12 @@ use super::row_counts::RowCounts;
 use super::row_selection::RowSelection;
 use super::scene::Scene;
 use super::solver_choice::{IPOPT_VERSION, SolverChoice};
-use super::written;
+use crate::document::Document;
 use crate::output::tables::IntervalRows;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use tumble_core::simulation::scene as tutorial;
 use tumble_core::simulation::summary::RunSummary;
-use tumble_model::Model;
 use tumble_model::failure::Failure;
 use tumble_model::shown;
 
@@ -79,7 +78,7 @@ pub struct RunFile {
     pub trajectory: bool,
     /// Bodies, fixed pieces, constants and initial states, written as a scenario without files.
     #[serde(serialize_with = "reading::write_model", deserialize_with = "reading::read_model")]
-    pub model: Model,
+    pub model: Document,
     /// Selection of rows in the files.
     #[serde(default, skip_serializing_if = "RowSelection::is_all")]
     pub kept: RowSelection,
@@ -213,7 +212,7 @@ impl RunFile {
     /// A solver that does not support the scene.
     pub fn new(scene: &Scene, run: &RunEnd<'_>) -> Result<Self, Failure> {
         let climbs = scene.contact.as_ref().is_some_and(SolverChoice::climbs);
-        let mut model = scene.model.clone();
+        let mut model = scene.document.clone();
         model.drop_draws_unless_from(scene.seed);
         Ok(Self {
             format: FORMAT,
@@ -297,7 +296,7 @@ impl RunFile {
 
     /// Names of the bodies.
     pub fn bodies(&self) -> Vec<&str> {
-        self.model.bodies.iter().map(|body| body.name.as_str()).collect()
+        self.model.bodies.iter().map(|body| body.name()).collect()
     }
 
     /// This content without model and checksums, with `notes`, as one JSON object in a line.
@@ -341,14 +340,14 @@ fn json(value: &impl Serialize) -> Result<String, Failure> {
         .map_err(|error| Failure::Other(format!("run.json cannot be created: {error}")))
 }
 
-/// Checks that the run.json of a model is small enough to be read.
+/// Checks that the run.json of a document is small enough to be read.
 ///
 /// # Errors
-/// A model whose run.json would exceed [`LARGEST_FILE`].
-pub fn refuse_large(model: &Model) -> Result<(), Failure> {
+/// A document whose run.json would exceed [`LARGEST_FILE`].
+pub fn refuse_large(document: &Document) -> Result<(), Failure> {
     /// Allowance for the rest of the file (bytes).
     const REST: u64 = 1 << 16;
-    let length = json(&written::document_of(model, false)?)?.len() as u64;
+    let length = json(&crate::written::table(document)?)?.len() as u64;
     if length + REST <= LARGEST_FILE {
         return Ok(());
     }

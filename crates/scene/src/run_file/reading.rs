@@ -7,7 +7,7 @@ use crate::written;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::ffi::OsStr;
 use std::path::Path;
-use tumble_model::{Model, fields, shown};
+use tumble_model::{fields, shown};
 
 /// Format of a file, which any version can read.
 #[derive(Deserialize)]
@@ -21,16 +21,18 @@ fn first() -> u32 {
     1
 }
 
-/// Writes a model as a document.
-pub(super) fn write_model<S: Serializer>(model: &Model, serializer: S) -> Result<S::Ok, S::Error> {
-    let document = written::document_of(model, false).map_err(serde::ser::Error::custom)?;
-    document.serialize(serializer)
+/// Writes a document without the fields that are not given.
+pub(super) fn write_model<S: Serializer>(
+    model: &Document,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    written::table(model).map_err(serde::ser::Error::custom)?.serialize(serializer)
 }
 
 /// Reads a document that has no files.
-pub(super) fn read_model<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Model, D::Error> {
+pub(super) fn read_model<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Document, D::Error> {
     let document = Document::deserialize(deserializer)?;
-    document.model().map_err(serde::de::Error::custom)
+    document.exact().map_err(serde::de::Error::custom)
 }
 
 /// Maximum length of a name or word (characters).
@@ -87,7 +89,7 @@ impl RunFile {
         let fields = [
             ("kept.every", self.kept.every == 0),
             ("substeps", self.substeps == 0),
-            ("joints", self.joints.is_none() && !self.model.joints.is_empty()),
+            ("joints", self.joints.is_none() && self.model.joint_names().next().is_some()),
         ];
         fields.iter().find(|(_, missing)| *missing).map(|(field, _)| *field)
     }

@@ -2,27 +2,36 @@
 
 use super::Builder;
 use crate::bodies::entries::PairEntry;
+use crate::bodies::exact::{Collider, Owner};
+use crate::robots::Assembled;
 use tumble_model::fields::Exactly;
 use tumble_model::nearest;
 use tumble_model::shown::checked_name;
-use tumble_model::{PairModel, PartnerModel};
-use tumble_robot::Assembled;
 
 /// Name in the file and its owners.
 pub(super) struct Named {
     pub(super) name: String,
-    pub(super) partners: Vec<PartnerModel>,
+    pub(super) owners: Vec<Owner>,
+}
+
+impl Named {
+    /// True if its name is not that of a single object.
+    fn is_group(&self, builder: &Builder<'_>) -> bool {
+        let is_this =
+            |object: &Collider<'_>| object.name == self.name && object.owners == self.owners;
+        self.owners.len() > 1 && !builder.document.colliders().any(|object| is_this(&object))
+    }
 }
 
 impl Builder<'_> {
     pub(super) fn register(
         &mut self,
         name: Option<String>,
-        partners: Vec<PartnerModel>,
+        owners: Vec<Owner>,
     ) -> Result<(), String> {
         let Some(name) = name else { return Ok(()) };
         checked_name(&name)?;
-        self.names.push(Named { name, partners });
+        self.names.push(Named { name, owners });
         Ok(())
     }
 
@@ -33,16 +42,16 @@ impl Builder<'_> {
             for link in 1..robot.robot().links.len() {
                 let Some(name) = robot.link_name(link) else { continue };
                 if let Some(body) = robot.body(link) {
-                    let body = &self.model.bodies[body].name;
-                    if *body != name {
-                        self.merged.insert(name, body.clone());
+                    let body = self.document.bodies[body].name();
+                    if body != name {
+                        self.merged.insert(name, body.to_owned());
                     }
                     continue;
                 }
                 let pieces = robot.pieces(link).into_iter();
-                let partners: Vec<_> = pieces.map(PartnerModel::Fixed).collect();
-                if !partners.is_empty() {
-                    self.names.push(Named { name, partners });
+                let owners: Vec<_> = pieces.map(Owner::Fixed).collect();
+                if !owners.is_empty() {
+                    self.names.push(Named { name, owners });
                 }
             }
         }
@@ -50,18 +59,12 @@ impl Builder<'_> {
 
     /// Checks that names of entries, bodies and fixed objects are unique.
     pub(super) fn refuse_equal_names(&self) -> Result<(), String> {
-        let model = &self.model;
-        let fixed = model.fixed.iter().map(|fixed| fixed.name.as_str());
-        let mut names: Vec<&str> = model.bodies.iter().map(|body| body.name.as_str()).collect();
-        // Pieces of one fixed object are consecutive and share its name.
-        let mut things: Vec<&str> = fixed.collect();
-        things.dedup();
-        names.extend(things);
-        names.extend(model.terrains.iter().map(|terrain| terrain.name.as_str()));
-        let plain = |named: &&Named| named.partners.len() > 1;
-        names.extend(self.names.iter().filter(plain).map(|named| named.name.as_str()));
+        let objects = self.document.colliders().map(|object| object.name);
+        // An entry of several objects has a name of its own.
+        let entries = self.names.iter().filter(|named| named.is_group(self));
+        let mut names: Vec<&str> = objects.chain(entries.map(|named| &*named.name)).collect();
         names.sort_unstable();
-        match names.windows(2).find(|two| two[0] == two[1] && !self.is_fixed_of_pieces(two[0])) {
+        match names.windows(2).find(|two| two[0] == two[1]) {
             Some(two) => Err(format!(
                 "name: {:?} is used twice; each body and fixed piece needs its own",
                 two[0]
@@ -70,60 +73,44 @@ impl Builder<'_> {
         }
     }
 
-    /// True if `name` belongs to a single fixed object of several pieces.
-    ///
-    /// Such a name is listed twice, for the object and for its entry.
-    pub(super) fn is_fixed_of_pieces(&self, name: &str) -> bool {
-        let of = self.names.iter().filter(|named| named.name == name).collect::<Vec<_>>();
-        let [one] = of[..] else { return false };
-        let has_name = |index: usize| self.model.fixed[index].name == name;
-        let is_own = |partner: &PartnerModel| match partner {
-            PartnerModel::Fixed(index) => has_name(*index),
-            PartnerModel::Ground | PartnerModel::Terrain(_) | PartnerModel::Body(_) => false,
-        };
-        one.partners.iter().all(is_own)
-            && self.model.fixed.iter().filter(|fixed| fixed.name == name).count()
-                == one.partners.len()
-            && self.model.bodies.iter().all(|body| body.name != name)
-    }
-
     /// Pairs of the entries of a `table` with their coefficients, which are at most `largest`.
-    pub(super) fn coefficients(
+    pub(super) fn pairs_of(
         &self,
         table: &str,
-        entries: Option<&[PairEntry]>,
+        entries: &[PairEntry],
         largest: f64,
-    ) -> Result<Vec<PairModel>, String> {
+    ) -> Result<Vec<PairEntry>, String> {
         let mut all = Vec::new();
-        for (index, PairEntry { between, coefficient }) in entries.into_iter().flatten().enumerate()
-        {
+        for (index, PairEntry { between, coefficient }) in entries.iter().enumerate() {
             let (at, coefficient) = (format!("{table}[{index}]"), *coefficient);
             if !(0.0..=largest).contains(&coefficient) {
                 let why = format!("coefficient is {coefficient:?}; allowed: 0 to {largest}");
                 return Err(format!("{at}.{why}"));
             }
             let pairs = self.pairs(between).map_err(|why| format!("{at}.{why}"))?.into_iter();
-            all.extend(pairs.map(|(body, partner)| PairModel { body, partner, coefficient }));
+            all.extend(pairs.map(|between| PairEntry { between, coefficient }));
         }
         Ok(all)
     }
 
-    /// Pairs of bodies with one name and partners with the other.
+    /// Pairs of bodies with one name and owners with the other.
     pub(super) fn pairs(
         &self,
         between: &Exactly<String, 2>,
-    ) -> Result<Vec<(usize, PartnerModel)>, String> {
+    ) -> Result<Vec<Exactly<String, 2>>, String> {
         let find = |name: &String| self.find(name).map_err(|why| format!("between: {why}"));
         let [first, second] = between.0.each_ref().map(find);
         let (first, second) = (first?, second?);
         let mut pairs = Vec::new();
         for &a in &first {
             for &b in &second {
-                pairs.push(match (a, b) {
-                    (PartnerModel::Body(x), PartnerModel::Body(y)) if x == y => continue,
-                    (PartnerModel::Body(x), other) | (other, PartnerModel::Body(x)) => (x, other),
+                let pair = match (a, b) {
+                    (Owner::Body(x), Owner::Body(y)) if x == y => continue,
+                    (Owner::Body(_), _) => [a, b],
+                    (_, Owner::Body(_)) => [b, a],
                     _ => continue,
-                });
+                };
+                pairs.push(Exactly(pair.map(|owner| self.document.name_of(owner))));
             }
         }
         if pairs.is_empty() {
@@ -136,33 +123,25 @@ impl Builder<'_> {
     }
 
     /// Objects with this name.
-    pub(super) fn find(&self, name: &str) -> Result<Vec<PartnerModel>, String> {
+    pub(super) fn find(&self, name: &str) -> Result<Vec<Owner>, String> {
         if name == "ground" {
-            if self.model.plane.is_none() {
+            if self.plane.is_none() {
                 return Err("there is no ground".to_owned());
             }
-            return Ok(vec![PartnerModel::Ground]);
+            return Ok(vec![Owner::Ground]);
         }
-        // A written document has the numbers of single pieces.
+        // A document in exact form has the numbers of single pieces.
         let piece = name.strip_prefix("fixed[").and_then(|rest| rest.strip_suffix(']'));
         let piece = piece.and_then(|index| index.parse().ok());
-        if let Some(index) = piece.filter(|index| *index < self.model.fixed.len()) {
-            return Ok(vec![PartnerModel::Fixed(index)]);
+        if let Some(index) = piece.filter(|index| *index < self.document.fixed_count()) {
+            return Ok(vec![Owner::Fixed(index)]);
         }
         let entry = self.names.iter().find(|named| named.name == name);
         if let Some(named) = entry {
-            return Ok(named.partners.clone());
+            return Ok(named.owners.clone());
         }
-        let (bodies, fixed) = (self.model.bodies.iter(), self.model.fixed.iter());
-        let bodies = bodies.enumerate().filter(|(_, body)| body.name == name);
-        let fixed = fixed.enumerate().filter(|(_, fixed)| fixed.name == name);
-        let terrains = self.model.terrains.iter().enumerate();
-        let terrains = terrains.filter(|(_, terrain)| terrain.name == name);
-        let found: Vec<_> = bodies
-            .map(|(index, _)| PartnerModel::Body(index))
-            .chain(fixed.map(|(index, _)| PartnerModel::Fixed(index)))
-            .chain(terrains.map(|(index, _)| PartnerModel::Terrain(index)))
-            .collect();
+        let objects = self.document.colliders().filter(|object| object.name == name);
+        let found: Vec<_> = objects.flat_map(|object| object.owners).collect();
         if found.is_empty()
             && let Some(body) = self.merged.get(name)
         {
@@ -172,9 +151,8 @@ impl Builder<'_> {
         }
         if found.is_empty() {
             let entries = self.names.iter().map(|named| &*named.name);
-            let bodies = self.model.bodies.iter().map(|body| &*body.name);
-            let fixed = self.model.fixed_names().map(|name| &**name);
-            let known = entries.chain(bodies).chain(fixed).chain(["ground"]);
+            let objects = self.document.colliders().map(|object| object.name);
+            let known = entries.chain(objects).chain(["ground"]);
             let hint = nearest::hint(name, known);
             return Err(format!(
                 "unknown name {name:?}{hint}; the name of a body or fixed piece, or \"ground\", is \
@@ -186,15 +164,34 @@ impl Builder<'_> {
 
     /// Bodies with this name.
     pub(super) fn bodies(&self, name: &str) -> Result<Vec<usize>, String> {
-        let body = |partner: PartnerModel| match partner {
-            PartnerModel::Body(index) => Ok(index),
-            PartnerModel::Ground | PartnerModel::Fixed(_) | PartnerModel::Terrain(_) => {
-                Err(format!(
-                    "{name:?} never moves; a body is needed, and a joint with the world has only one \
+        let body = |owner: Owner| match owner {
+            Owner::Body(index) => Ok(index),
+            Owner::Ground | Owner::Fixed(_) | Owner::Terrain(_) => Err(format!(
+                "{name:?} never moves; a body is needed, and a joint with the world has only one \
                  name"
-                ))
-            }
+            )),
         };
         self.find(name)?.into_iter().map(body).collect()
+    }
+
+    /// Joints of an entry with this name, or the joint with this name.
+    pub(super) fn joints(&self, name: &str) -> Result<Vec<usize>, String> {
+        let of_entry = self.joints.iter().find(|(known, _)| known == name);
+        let names = || self.document.joints.iter().map(|joint| joint.name().unwrap_or_default());
+        let own = || names().position(|joint| joint == name);
+        let joints = of_entry.map(|(_, joints)| joints.clone());
+        joints.or_else(|| own().map(|joint| vec![joint])).ok_or_else(|| {
+            let entries = self.joints.iter().map(|(known, _)| &**known);
+            let hint = nearest::hint(name, entries.chain(names()));
+            format!("unknown joint {name:?}{hint}; the name of a joint is needed")
+        })
+    }
+
+    /// Joint with this name, which must be unique.
+    pub(super) fn joint(&self, name: &str) -> Result<usize, String> {
+        match self.joints(name)?[..] {
+            [joint] => Ok(joint),
+            _ => Err(format!("{name:?} names several joints; the name of one is needed")),
+        }
     }
 }

@@ -1,11 +1,11 @@
 //! Joint tables as deserialised.
 
 use crate::bodies::entries::AttitudeEntry;
-use serde::Deserialize;
+use crate::bodies::place::Place;
+use serde::{Deserialize, Serialize};
 use tumble_core::joint::{Drive, Middle};
 use tumble_model::fields::{Exactly, Numbers};
 use tumble_model::joint::JointKind;
-use tumble_model::shape::ModelPlace;
 
 /// Defines a table that has the fields of a drive and others.
 macro_rules! with_drive {
@@ -15,36 +15,36 @@ macro_rules! with_drive {
         $(#[$meta])*
         #[serde(deny_unknown_fields)]
         pub struct $name {
+            $($(#[$attribute])* pub $field: $type,)*
             pub start: Option<f64>,
-            pub(super) limits: Option<Numbers<2>>,
-            pub(super) friction: Option<f64>,
-            pub(super) static_friction: Option<f64>,
-            pub(super) stiffness: Option<f64>,
-            pub(super) rest: Option<f64>,
-            pub(super) damping: Option<f64>,
-            pub(super) force: Option<f64>,
-            pub(super) armature: Option<f64>,
-            $($(#[$attribute])* pub(super) $field: $type,)*
+            pub limits: Option<Numbers<2>>,
+            pub friction: Option<f64>,
+            pub static_friction: Option<f64>,
+            pub stiffness: Option<f64>,
+            pub rest: Option<f64>,
+            pub damping: Option<f64>,
+            pub force: Option<f64>,
+            pub armature: Option<f64>,
         }
     };
 }
 
 with_drive!(
     /// Fields of a drive.
-    #[derive(Clone, Copy, Default, Deserialize)]
+    #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
     #[serde(expecting = "{ limits = [low, high], friction = …, … }")]
     DriveEntry {}
 );
 
 with_drive!(
-    #[derive(Deserialize)]
+    #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
     #[serde(expecting = "a table [[joints]]")]
     JointEntry {
         name: Option<String>,
         #[serde(rename = "type")]
         kind: JointKind,
         bodies: BodyNames,
-        frames: Option<Exactly<ModelPlace, 2>>,
+        frames: Option<Exactly<Place, 2>>,
         anchor: Option<Numbers<3>>,
         axis: Option<Numbers<3>>,
         attitude: Option<AttitudeEntry>,
@@ -69,11 +69,27 @@ with_drive!(
     }
 );
 
-#[derive(Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "one name of a body or two, [\"…\", \"…\"], are needed")]
-pub(super) enum BodyNames {
+pub enum BodyNames {
     One(String),
     List(Vec<String>),
+}
+
+impl Default for BodyNames {
+    fn default() -> Self {
+        Self::List(Vec::new())
+    }
+}
+
+impl BodyNames {
+    /// The names.
+    pub fn list(&self) -> &[String] {
+        match self {
+            Self::One(name) => std::slice::from_ref(name),
+            Self::List(names) => names,
+        }
+    }
 }
 
 impl JointEntry {
@@ -91,6 +107,23 @@ impl JointEntry {
             damping,
             force,
             armature,
+        }
+    }
+}
+
+impl From<&Drive> for DriveEntry {
+    fn from(drive: &Drive) -> Self {
+        let some = |number: f64| Some(number).filter(|number| *number != 0.0);
+        Self {
+            start: None,
+            limits: drive.limits.map(Exactly),
+            friction: some(drive.friction),
+            static_friction: drive.static_friction,
+            stiffness: some(drive.stiffness),
+            rest: some(drive.rest),
+            damping: some(drive.damping),
+            force: some(drive.force),
+            armature: some(drive.armature),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Tables `[[joints]]` and `[[motors]]` and their conversion to the model.
+//! Tables `[[joints]]` and `[[motors]]`, their exact form and the joints made of it.
 
 mod entries;
 mod motor;
@@ -9,118 +9,19 @@ pub use motor::{MotorEntry, MotorFields};
 pub use placed::{JointSide, JointStartFrame, anchor_in_range};
 
 use super::copies::name_of;
+use crate::bodies::entries::BodyEntry;
+use crate::bodies::place::Place;
 use entries::BodyNames;
 use nalgebra::{Vector3, Vector4};
 use placed::turned;
 use std::f64::consts::PI;
+use tumble_core::joint::{Drive, Joint, Middle};
 use tumble_core::mechanics::quaternion::{left, rotation};
-use tumble_model::BodyModel;
-use tumble_model::fields::Numbers;
-use tumble_model::joint::{JointKind, JointModel};
-use tumble_model::nearest;
-use tumble_model::shape::ModelPlace;
+use tumble_model::fields::{Exactly, Numbers};
+use tumble_model::joint::JointKind;
 
 /// Maximum number of joints of a scene.
 const MOST_JOINTS: usize = 10_000;
-
-/// Joints of a file during its conversion.
-pub struct JointEntries {
-    pub models: Vec<JointModel>,
-    /// Names of the entries, with the indices of their joints.
-    entries: Vec<(String, Vec<usize>)>,
-}
-
-impl JointEntries {
-    /// Starts with existing joints.
-    pub fn new(models: Vec<JointModel>) -> Self {
-        Self { models, entries: Vec::new() }
-    }
-
-    /// Adds the joints of an entry. `find` returns the bodies of a name.
-    pub fn add(
-        &mut self,
-        entry: &JointEntry,
-        bodies: &[BodyModel],
-        find: impl Fn(&str) -> Result<Vec<usize>, String>,
-    ) -> Result<(), String> {
-        let pairs = entry.pairs(find)?;
-        let count = pairs.len();
-        if count > MOST_JOINTS - self.models.len() {
-            return Err(format!(
-                "bodies: with these {count} there are more than {MOST_JOINTS} joints"
-            ));
-        }
-        entry.refuse_idle()?;
-        let mut made = Vec::with_capacity(count);
-        for (number, (body, other)) in pairs.into_iter().enumerate() {
-            let index = self.models.len();
-            let name = name_of(entry.name.as_deref(), "joint", index, number, count);
-            let sides =
-                [Some(&bodies[body]), other.map(|other| &bodies[other])].map(JointSide::new);
-            self.push(JointModel {
-                name,
-                kind: entry.kind,
-                body,
-                other,
-                frames: entry.frames(&sides)?,
-                length: entry.length,
-                cone: entry.cone,
-                middle: entry.middle,
-                collide: entry.collide.unwrap_or(false),
-                drives: entry.drives().iter().map(DriveEntry::drive).collect(),
-                course: None,
-            })?;
-            made.push(index);
-        }
-        self.entries.extend(entry.name.clone().map(|name| (name, made)));
-        Ok(())
-    }
-
-    /// Adds a joint, which must have a new name.
-    pub fn push(&mut self, joint: JointModel) -> Result<(), String> {
-        let name = &joint.name;
-        if self.models.iter().any(|known| known.name == *name) {
-            return Err(format!("name: {name:?} is used twice; each joint needs its own"));
-        }
-        self.models.push(joint);
-        Ok(())
-    }
-
-    /// Sets the motor of an entry on its axis.
-    pub fn add_motor(&mut self, entry: &MotorEntry) -> Result<(), String> {
-        let joints = self.named(&entry.joint).map_err(|why| format!("joint: {why}"))?;
-        let motor = entry.motor()?;
-        for joint in joints {
-            let joint = &mut self.models[joint];
-            let place = entry.place(joint)?;
-            let drive = &mut joint.drives[place];
-            if drive.motor.replace(motor).is_some() {
-                return Err(format!("joint: {:?} already has a motor on this axis", joint.name));
-            }
-        }
-        Ok(())
-    }
-
-    /// Joints of an entry with this name, or the joint with this name.
-    fn named(&self, name: &str) -> Result<Vec<usize>, String> {
-        let of_entry = self.entries.iter().find(|(known, _)| known == name);
-        let own = || self.models.iter().position(|joint| joint.name == name);
-        let joints = of_entry.map(|(_, joints)| joints.clone());
-        joints.or_else(|| own().map(|joint| vec![joint])).ok_or_else(|| {
-            let entries = self.entries.iter().map(|(known, _)| &**known);
-            let hint = nearest::hint(name, entries.chain(self.models.iter().map(|of| &*of.name)));
-            format!("unknown joint {name:?}{hint}; the name of a joint is needed")
-        })
-    }
-
-    /// Joint with this name, which must be unique.
-    pub fn one(&self, name: &str) -> Result<usize, String> {
-        match self.named(name)?[..] {
-            [joint] => Ok(joint),
-            _ => Err(format!("{name:?} names several joints; the name of one is needed")),
-        }
-    }
-}
 
 impl JointEntry {
     /// Name as an addition to error messages.
@@ -133,6 +34,111 @@ impl JointEntry {
         self.name.as_deref()
     }
 
+    /// Entry in exact form. `bodies` are the names of A and, unless it is the world, of B.
+    pub fn made(
+        name: String,
+        kind: JointKind,
+        bodies: Vec<String>,
+        frames: [Place; 2],
+        drives: &[Drive],
+    ) -> Self {
+        let (bodies, frames) = (BodyNames::List(bodies), Some(Exactly(frames)));
+        let mut entry = Self { name: Some(name), kind, bodies, frames, ..Self::default() };
+        for ((axis, _), drive) in kind.driven().iter().zip(drives) {
+            entry.set_drive(axis, drive);
+        }
+        entry
+    }
+
+    /// Sets the drive of an axis. Its motor is not part of the entry.
+    pub fn set_drive(&mut self, axis: &str, drive: &Drive) {
+        let entry = DriveEntry::from(drive);
+        if self.kind.driven().len() == 1 {
+            let DriveEntry { limits, friction, static_friction, stiffness, .. } = entry;
+            let DriveEntry { rest, damping, force, armature, .. } = entry;
+            let own = Self { limits, friction, static_friction, stiffness, ..std::mem::take(self) };
+            *self = Self { rest, damping, force, armature, start: None, ..own };
+            return;
+        }
+        let table = match axis {
+            "slide" => &mut self.slide,
+            "turn" => &mut self.turn,
+            "x" => &mut self.x,
+            "y" => &mut self.y,
+            "z" => &mut self.z,
+            "turn_x" => &mut self.turn_x,
+            "turn_y" => &mut self.turn_y,
+            _ => &mut self.turn_z,
+        };
+        *table = Some(entry).filter(|entry| *entry != DriveEntry::default());
+    }
+
+    /// Exact form: an entry for each joint. `first` is the number of joints before, and `find` returns the
+    /// indices of the `bodies` with a name.
+    pub fn exact(
+        &self,
+        bodies: &[BodyEntry],
+        first: usize,
+        find: impl Fn(&str) -> Result<Vec<usize>, String>,
+    ) -> Result<Vec<Self>, String> {
+        let pairs = self.pairs(find)?;
+        let count = pairs.len();
+        if count > MOST_JOINTS - first {
+            return Err(format!(
+                "bodies: with these {count} there are more than {MOST_JOINTS} joints"
+            ));
+        }
+        self.refuse_idle()?;
+        let drives = self.drives();
+        let joint = |(number, (body, other)): (usize, (usize, Option<usize>))| {
+            let name = name_of(self.name.as_deref(), "joint", first + number, number, count);
+            let own = [Some(&bodies[body]), other.map(|other| &bodies[other])];
+            let frames = self.frames(&own.map(JointSide::new))?;
+            let names = own.into_iter().flatten().map(|body| body.name().to_owned()).collect();
+            let Self { length, cone, middle, collide, .. } = *self;
+            let collide = collide.filter(|collide| *collide);
+            let made = Self::made(name, self.kind, names, frames, &drives);
+            Ok(Self { length, cone, middle, collide, ..made })
+        };
+        pairs.into_iter().enumerate().map(joint).collect()
+    }
+
+    /// Joint of an entry in exact form, with these drives. `body` finds a body.
+    pub fn joint(
+        &self,
+        drives: &[Drive],
+        body: impl Fn(&str) -> Result<usize, String>,
+    ) -> Result<Joint, String> {
+        let (a, b) = match self.bodies.list() {
+            [a] => (body(a)?, None),
+            [a, b] => (body(a)?, Some(body(b)?)),
+            _ => return Err("bodies: one name or two are needed".to_owned()),
+        };
+        let frames = self.frames.ok_or_else(|| "frames: they are needed".to_owned())?;
+        let [x, y, z, rx, ry, rz] = self.kind.axes(drives, self.cone);
+        let joint = Joint::between(a, b, frames.0.each_ref().map(Place::frame))
+            .with_axes([x, y, z], [rx, ry, rz]);
+        let joint = match self.kind {
+            JointKind::Gimbal => joint.with_middle(self.middle.unwrap_or(Middle::STRAIGHT)),
+            _ => joint,
+        };
+        let joint = match self.length {
+            Some(length) => joint.with_length(length),
+            None => joint,
+        };
+        Ok(if self.collide == Some(true) { joint.colliding() } else { joint })
+    }
+
+    /// Names of its bodies; `None` for the world.
+    pub fn ends(&self) -> [Option<&str>; 2] {
+        [0, 1].map(|k| self.bodies.list().get(k).map(String::as_str))
+    }
+
+    /// True if a body with this name is one of its bodies.
+    pub fn has(&self, body: &str) -> bool {
+        self.bodies.list().iter().any(|of| of == body)
+    }
+
     /// Bodies A and B of the joints of the entry.
     ///
     /// Two names of equally many bodies join them pairwise. The same name twice makes a chain of
@@ -141,10 +147,7 @@ impl JointEntry {
         &self,
         find: impl Fn(&str) -> Result<Vec<usize>, String>,
     ) -> Result<Vec<(usize, Option<usize>)>, String> {
-        let names = match &self.bodies {
-            BodyNames::One(name) => std::slice::from_ref(name),
-            BodyNames::List(names) => &names[..],
-        };
+        let names = self.bodies.list();
         let find = |name: &str| find(name).map_err(|why| format!("bodies: {why}"));
         match names {
             [one] => Ok(find(one)?.into_iter().map(|body| (body, None)).collect()),
@@ -249,8 +252,13 @@ impl JointEntry {
         Ok(())
     }
 
-    /// Drives of the driven axes, in their order.
-    fn drives(&self) -> Vec<DriveEntry> {
+    /// Drives of the driven axes, in their order, without motors.
+    pub fn drives(&self) -> Vec<Drive> {
+        self.drive_entries().iter().map(DriveEntry::drive).collect()
+    }
+
+    /// Tables of the driven axes, in their order.
+    fn drive_entries(&self) -> Vec<DriveEntry> {
         let driven = self.kind.driven();
         if driven.len() == 1 {
             return vec![self.drive()];
@@ -280,7 +288,7 @@ impl JointEntry {
     /// Frames of the joint in both bodies.
     ///
     /// The frame in A is given. The frame in B is given too or follows from the initial states.
-    fn frames(&self, sides: &[JointSide<'_>; 2]) -> Result<[ModelPlace; 2], String> {
+    fn frames(&self, sides: &[JointSide<'_>; 2]) -> Result<[Place; 2], String> {
         if let Some(frames) = &self.frames {
             let others = [&self.anchor, &self.anchor_a, &self.anchor_b, &self.axis, &self.axis_a];
             let turns = [&self.attitude, &self.attitude_a, &self.attitude_b];
@@ -304,7 +312,7 @@ impl JointEntry {
                 a.name
             )
         };
-        let still = Vector4::from(ModelPlace::ORIGIN.attitude);
+        let still = Vector4::from(Place::ORIGIN.attitude);
         let in_world = turned("", self.axis.as_ref(), self.attitude.as_ref())?;
         let in_a = turned("_a", self.axis_a.as_ref(), self.attitude_a.as_ref())?;
         let in_b = turned("_b", self.axis_b.as_ref(), self.attitude_b.as_ref())?;
@@ -352,7 +360,7 @@ impl JointEntry {
                        anchor: Option<&Numbers<3>>,
                        attitude: Option<Vector4<f64>>| {
             let local = side.to_local(placed);
-            ModelPlace {
+            Place {
                 position: anchor
                     .map_or(local.position, |anchor| side.relative_to_centre(&anchor.0)),
                 attitude: attitude.map_or(local.attitude, Vector4::into),
@@ -368,7 +376,7 @@ impl JointEntry {
     fn at_its_start(&self, of_a: JointStartFrame) -> Result<JointStartFrame, String> {
         let mut at = [0.0; 6];
         let several = self.kind.driven().len() > 1;
-        for ((name, axis), drive) in self.kind.driven().iter().zip(self.drives()) {
+        for ((name, axis), drive) in self.kind.driven().iter().zip(self.drive_entries()) {
             let Some(start) = drive.start else { continue };
             let field = if several { format!("{name}.start") } else { "start".to_owned() };
             let most = if *axis < 3 { 1e4 } else { PI };

@@ -1,23 +1,23 @@
 //! Motor tables and their conversion to the model.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use tumble_core::joint::Motor;
-use tumble_model::joint::JointModel;
+use tumble_model::joint::JointKind;
 
-#[derive(Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(
     deny_unknown_fields,
     expecting = "{ joint = \"…\", speed = …, max_force = … } or { joint = \"…\", position = …, \
                  stiffness = …, … }"
 )]
 pub struct MotorEntry {
-    pub(super) joint: String,
-    pub(super) axis: Option<String>,
-    pub(super) speed: Option<f64>,
-    pub(super) position: Option<f64>,
-    pub(super) stiffness: Option<f64>,
-    pub(super) damping: Option<f64>,
-    pub(super) max_force: f64,
+    pub joint: String,
+    axis: Option<String>,
+    speed: Option<f64>,
+    position: Option<f64>,
+    stiffness: Option<f64>,
+    damping: Option<f64>,
+    max_force: f64,
 }
 
 impl MotorEntry {
@@ -26,27 +26,39 @@ impl MotorEntry {
         format!(" ({})", self.joint)
     }
 
-    pub(super) fn motor(&self) -> Result<Motor, String> {
+    /// Entry of `motor` on an axis of a joint; without a name, on the only one.
+    pub fn exact(joint: &str, axis: Option<&str>, motor: &Motor) -> Self {
+        let MotorFields { speed, position, stiffness, damping, max_force } = motor.into();
+        let (joint, axis) = (joint.to_owned(), axis.map(str::to_owned));
+        Self { joint, axis, speed, position, stiffness, damping, max_force }
+    }
+
+    /// This entry for the joint `name`.
+    pub fn on(&self, name: &str) -> Self {
+        Self { joint: name.to_owned(), ..self.clone() }
+    }
+
+    /// Motor in the form of the core.
+    pub fn motor(&self) -> Result<Motor, String> {
         let Self { speed, position, stiffness, damping, max_force, .. } = *self;
         MotorFields { speed, position, stiffness, damping, max_force }.motor()
     }
 
-    /// Index of the motor's drive in the joint.
-    pub(super) fn place(&self, joint: &JointModel) -> Result<usize, String> {
-        if joint.kind.driven().is_empty() {
+    /// Index of the motor's drive in the joint `name` of this kind.
+    pub fn place(&self, kind: JointKind, name: &str) -> Result<usize, String> {
+        if kind.driven().is_empty() {
             return Err(format!(
-                "joint: {:?} is {}; a motor needs a joint that turns about an axis or slides along \
+                "joint: {name:?} is {}; a motor needs a joint that turns about an axis or slides along \
                  one",
-                joint.name,
-                joint.kind.name()
+                kind.name()
             ));
         }
-        joint.driven_place(self.axis.as_deref()).map_err(|why| format!("axis: {why}"))
+        kind.driven_place(name, self.axis.as_deref()).map_err(|why| format!("axis: {why}"))
     }
 }
 
 /// Control law of a motor, on any axis.
-#[derive(Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(
     deny_unknown_fields,
     expecting = "{ speed = …, max_force = … } or { position = …, stiffness = …, max_force = … }"
@@ -85,5 +97,20 @@ impl MotorFields {
                 Ok(Motor::Position { target, stiffness, damping, max_force })
             }
         }
+    }
+}
+
+impl From<&Motor> for MotorFields {
+    fn from(motor: &Motor) -> Self {
+        let (speed, position, stiffness, damping, max_force) = match *motor {
+            Motor::Speed { target, max_force } => (Some(target), None, None, None, max_force),
+            Motor::Damper { target, damping, max_force } => {
+                (Some(target), None, None, Some(damping), max_force)
+            }
+            Motor::Position { target, stiffness, damping, max_force } => {
+                (None, Some(target), Some(stiffness), Some(damping), max_force)
+            }
+        };
+        Self { speed, position, stiffness, damping, max_force }
     }
 }

@@ -1,13 +1,12 @@
 //! Frames of a joint in its bodies at the start.
 
-use crate::bodies::entries::AttitudeEntry;
+use crate::bodies::entries::{AttitudeEntry, BodyEntry};
+use crate::bodies::place::Place;
 use nalgebra::{Vector3, Vector4};
 use tumble_core::joint::JointFrame;
 use tumble_core::mechanics::State;
 use tumble_core::mechanics::quaternion::{left, rotation};
-use tumble_model::BodyModel;
 use tumble_model::fields::Numbers;
-use tumble_model::shape::ModelPlace;
 
 /// Frame of a joint in the world at the start.
 #[derive(Clone, Copy)]
@@ -26,15 +25,12 @@ pub struct JointSide<'a> {
 }
 
 impl<'a> JointSide<'a> {
-    pub fn new(body: Option<&'a BodyModel>) -> Self {
+    pub fn new(body: Option<&'a BodyEntry>) -> Self {
         match body {
-            Some(body) => {
-                let start = body.start;
-                Self { centre: body.centre.into(), start, name: &body.name }
-            }
+            Some(body) => Self { centre: body.centre(), start: body.start(), name: body.name() },
             None => {
                 let [position, velocity, spin] = [Vector3::zeros(); 3];
-                let attitude = ModelPlace::ORIGIN.attitude.into();
+                let attitude = Place::ORIGIN.attitude.into();
                 let start = State { position, attitude, velocity, spin };
                 Self { centre: Vector3::zeros(), start, name: "the world" }
             }
@@ -54,11 +50,11 @@ impl<'a> JointSide<'a> {
     }
 
     /// Converts a frame from the world to the body frame.
-    pub fn to_local(&self, placed: &JointStartFrame) -> ModelPlace {
+    pub fn to_local(&self, placed: &JointStartFrame) -> Place {
         let position =
             rotation(&self.start.attitude).tr_mul(&(placed.anchor - self.start.position));
         let attitude = left(&conjugated(&self.start.attitude)) * placed.attitude;
-        ModelPlace { position: position.into(), attitude: attitude.into() }
+        Place { position: position.into(), attitude: attitude.into() }
     }
 }
 

@@ -1,8 +1,8 @@
 //! Random starts of bodies: the seed's share of a start, so that a run can be checked against its
 //! seed.
 
-use super::model::Model;
-use super::shape::ModelPlace;
+use crate::bodies::place::Place;
+use crate::document::Document;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use tumble_core::contact::Plane;
@@ -17,7 +17,7 @@ const SAME: f64 = 1e-12;
 ///
 /// The bodies use the draws of a seed in their order. Each body draws its attitude first, then the
 /// coordinates with jitter.
-#[derive(Debug, Clone, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DrawnModel {
     /// Position of the shape's frame (m).
     pub position: [f64; 3],
@@ -41,10 +41,10 @@ impl DrawnModel {
     }
 
     /// Place that results from the next values of `draws`.
-    pub fn place(&self, draws: &mut Draws) -> ModelPlace {
+    pub fn place(&self, draws: &mut Draws) -> Place {
         let mut drawn = || if self.tutorial { draws.tutorial_attitude() } else { draws.attitude() };
         let attitude = self.attitude.unwrap_or_else(|| drawn().into());
-        let mut place = ModelPlace { position: self.position, attitude };
+        let mut place = Place { position: self.position, attitude };
         for (coordinate, size) in place.position.iter_mut().zip(self.jitter) {
             if size > 0.0 {
                 *coordinate += size * (2.0 * draws.unit() - 1.0);
@@ -60,7 +60,7 @@ impl DrawnModel {
 /// shape's frame (m).
 pub fn state_at(
     ground: Option<&Plane>,
-    place: &ModelPlace,
+    place: &Place,
     velocity: Vector3<f64>,
     spin: Vector3<f64>,
     centre: &Vector3<f64>,
@@ -70,8 +70,8 @@ pub fn state_at(
     ground.map_or(state, |ground| ground.state_to_world(&state))
 }
 
-impl Model {
-    /// True if a start of the model depends on the seed.
+impl Document {
+    /// True if a start depends on the seed.
     pub fn is_drawn(&self) -> bool {
         self.bodies.iter().any(|body| body.drawn.is_some())
     }
@@ -79,20 +79,20 @@ impl Model {
     /// Name of the first body whose start differs from the draw of `seed`.
     pub fn seed_mismatch(&self, seed: u32) -> Option<&str> {
         let mut draws = Draws::new(seed);
-        let still = (Vector3::zeros(), Vector3::zeros());
+        let ground = self.plane().ok().flatten();
         let body = self.bodies.iter().find(|body| {
             let Some(drawn) = &body.drawn else { return false };
-            let ground = self.plane.as_ref().filter(|_| drawn.ground);
-            let found =
-                state_at(ground, &drawn.place(&mut draws), still.0, still.1, &body.centre.into());
-            let start = body.start;
+            let still = Vector3::zeros();
+            let ground = ground.as_ref().filter(|_| drawn.ground);
+            let found = state_at(ground, &drawn.place(&mut draws), still, still, &body.centre());
+            let start = body.start();
             let off = (found.position - start.position).amax();
             let turned = (found.attitude - start.attitude).amax();
             // Written so that a NaN counts as a difference.
             let is_there = off <= SAME * (1.0 + start.position.amax()) && turned <= SAME;
             !is_there
         });
-        body.map(|body| body.name.as_str())
+        body.map(|body| body.name())
     }
 
     /// Removes the descriptions of the random starts unless all starts equal the draws of `seed`.

@@ -3,25 +3,31 @@
 use super::forms::{equivalent, fit, form_of, scene_form};
 use super::touching::friction_of;
 use super::{Assembled, Carried, Placing, place_of};
-use crate::frame::LinkFrame;
-use crate::model::{LinkMass, LookForm, Robot, RobotForm, RobotLook, RobotShape};
-use crate::motion::RobotMotion;
+use crate::bodies::entries::{BodyEntry, LookValue, PieceEntry, SurfaceTable};
+use crate::bodies::shape::BodyShape;
+use crate::document::Document;
+use crate::tables::LoadTable;
 use nalgebra::Vector3;
 use tumble_core::mechanics::{Load, Polyline};
 use tumble_model::colour::Colour;
-use tumble_model::groups::GroupsModel;
-use tumble_model::shape::{ModelForm, ModelShape, PlacedForm};
-use tumble_model::{BodyModel, Model};
+use tumble_model::fields::{Exactly, numbers};
+use tumble_robot::LinkFrame;
+use tumble_robot::model::{LinkMass, LookForm, Robot, RobotForm, RobotLook, RobotShape};
+use tumble_robot::motion::RobotMotion;
 
 /// Maximum number of shapes with contacts.
 const MOST_TOUCHING: usize = 2000;
 
 impl Assembled {
     /// Assigns bodies of the scene to all groups of links.
-    pub(super) fn number_bodies(&mut self, placing: &Placing, model: &Model) -> Result<(), String> {
-        let mut next = model.bodies.len();
+    pub(super) fn number_bodies(
+        &mut self,
+        placing: &Placing,
+        document: &Document,
+    ) -> Result<(), String> {
+        let mut next = document.bodies.len();
         for place in 0..self.bodies.len() {
-            self.bodies[place].parts = self.parts(place, placing, model.mu)?;
+            self.bodies[place].parts = self.parts(place, placing, document.friction_of_ground())?;
             self.bodies[place].body = next;
             next += self.bodies[place].parts.len();
         }
@@ -32,7 +38,7 @@ impl Assembled {
         &mut self,
         placing: &Placing,
         motion: &RobotMotion,
-        model: &mut Model,
+        document: &mut Document,
     ) -> Result<(), String> {
         let mut notes = Vec::new();
         for place in 0..self.bodies.len() {
@@ -48,47 +54,33 @@ impl Assembled {
             self.bodies[place].centre = mass.centre;
             let start = self.state_of(place, motion.links());
             let share = 1.0 / self.bodies[place].parts.len() as f64;
-            let held = self.held_up(place, model.gravity.into(), share);
+            let held = self.held_up(place, document.gravity(), share);
             // The first body of a group carries its visual geometry.
-            let mut look = self.look_of(place, placing).map(|look| {
-                model.looks.push(look);
-                model.looks.len() - 1
-            });
+            let look = self.look_of(place, placing);
+            let mut look = look.map(LookValue::Parts);
             for (number, part) in self.bodies[place].parts.iter().enumerate() {
                 let name = self.part_name(link, number);
-                if model.bodies.iter().any(|known| known.name == name) {
+                if document.bodies.iter().any(|known| known.name() == name) {
                     return Err(wrong(format!(
                         "the body name {name:?} is already used; set a prefix"
                     )));
                 }
                 let (shape, note, touches) = self.shape_of(place, part, &mass, placing)?;
                 notes.extend(note.map(|note| format!("{name}: {note}")));
-                let index = model.shapes.iter().position(|known| *known == shape);
-                let index = index.unwrap_or_else(|| {
-                    model.shapes.push(shape);
-                    model.shapes.len() - 1
-                });
                 let first = part.first().map(|shape| &self.robot.shapes[*shape]);
-                let body = BodyModel {
-                    name,
-                    shape: index,
-                    centre: mass.centre.into(),
-                    mass: mass.mass * share,
-                    inertia: (mass.inertia * share).transpose().into(),
+                let mut body = BodyEntry {
+                    name: Some(name),
+                    centre: Some(numbers(&mass.centre)),
                     friction: first.and_then(friction_of),
-                    restitution: None,
-                    touches,
-                    groups: GroupsModel::default(),
-                    load: held.clone(),
-                    colour: None,
-                    label: None,
+                    touches: (!touches).then_some(false),
+                    load: LoadTable::new(&held),
                     look: look.take(),
-                    start,
-                    drawn: None,
+                    ..BodyEntry::default()
                 };
-                let made = body.rigid_body(&model.shapes[index]);
-                made.map_err(|error| wrong(error.to_string()))?;
-                model.bodies.push(body);
+                body.set_mass(mass.mass * share, &(mass.inertia * share));
+                body.set_start(&start);
+                body.rigid_body(&shape).map_err(|error| wrong(error.to_string()))?;
+                document.add_body(body, shape);
             }
         }
         self.robot.notes.extend(notes);
@@ -167,33 +159,33 @@ impl Assembled {
         part: &[usize],
         mass: &LinkMass,
         placing: &Placing,
-    ) -> Result<(ModelShape, Option<String>, bool), String> {
+    ) -> Result<(BodyShape, Option<String>, bool), String> {
         let placed = |shape: &RobotShape| {
             let form = form_of(shape, placing.sides)?;
-            Ok(form.map(|form| PlacedForm { form, place: place_of(&self.in_body(shape)) }))
+            Ok(form.map(|form| form.placed_at(&place_of(&self.in_body(shape)))))
         };
         let wrong = |why: tumble_core::error::Error| {
             format!("{}: {why}", self.robot.links[self.bodies[place].link].at)
         };
         let all = |shapes: &mut dyn Iterator<Item = &RobotShape>| {
-            let placed: Result<Vec<Option<PlacedForm>>, String> = shapes.map(placed).collect();
+            let placed: Result<Vec<Option<PieceEntry>>, String> = shapes.map(placed).collect();
             Ok::<Vec<_>, String>(placed?.into_iter().flatten().collect())
         };
         if !part.is_empty() {
             let mut touching = all(&mut part.iter().map(|shape| &self.robot.shapes[*shape]))?;
             let note = fit(&mut touching).map_err(wrong)?;
-            return Ok((ModelShape::Pieces(touching), note, true));
+            return Ok((BodyShape::Pieces(touching), note, true));
         }
         let own = |shape: &&RobotShape| self.links[shape.link].0 == Some(place);
         let mut seen = all(&mut self.robot.shapes.iter().filter(own))?;
         // Only drawn.
         fit(&mut seen).map_err(wrong)?;
         let pieces = if seen.is_empty() { vec![equivalent(mass)] } else { seen };
-        Ok((ModelShape::Pieces(pieces), None, false))
+        Ok((BodyShape::Pieces(pieces), None, false))
     }
 
     /// Visual geometry of a body whose links have any.
-    fn look_of(&self, place: usize, placing: &Placing) -> Option<Vec<PlacedForm>> {
+    fn look_of(&self, place: usize, placing: &Placing) -> Option<Vec<PieceEntry>> {
         let is_own = |link: usize| self.links[link].0 == Some(place);
         let looks: Vec<_> = self.robot.looks.iter().filter(|look| is_own(look.link)).collect();
         if looks.is_empty() {
@@ -204,20 +196,21 @@ impl Assembled {
             self.robot.shapes.iter().filter(|shape| is_own(shape.link) && !has_look(shape.link));
         let shapes = shapes.filter_map(|shape| {
             let form = scene_form(&shape.form, placing.sides)?;
-            Some(PlacedForm { form, place: place_of(&self.in_body(shape)) })
+            Some(form.placed_at(&place_of(&self.in_body(shape))))
         });
         let seen = |look: &&RobotLook| {
             let form = match &look.seen {
                 LookForm::Form(form) => scene_form(form, placing.sides)?,
-                LookForm::Mesh(surface) => ModelForm::Mesh {
-                    vertices: surface.vertices.clone(),
-                    triangles: surface.triangles.clone(),
-                    radius: 0.0,
-                    colour: look.colour.map(Colour),
-                },
+                LookForm::Mesh(surface) => {
+                    let vertices = surface.vertices.iter().copied().map(Exactly).collect();
+                    let triangles = surface.triangles.iter().copied().map(Exactly).collect();
+                    let colour = look.colour.map(Colour);
+                    let surface = Some(SurfaceTable { vertices, triangles, colour });
+                    PieceEntry { surface, ..PieceEntry::default() }
+                }
             };
             let frame = self.links[look.link].1.then(&look.frame);
-            Some(PlacedForm { form, place: place_of(&frame) })
+            Some(form.placed_at(&place_of(&frame)))
         };
         Some(looks.iter().filter_map(seen).chain(shapes).collect())
     }

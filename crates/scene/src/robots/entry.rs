@@ -1,28 +1,27 @@
 //! Tables `[[robots]]`, and scenes of a single robot file.
 
-use super::build::{BuiltScene, empty_model};
-use super::copies::MOST_BODIES;
-use super::entries::{AttitudeEntry, Files};
+use super::{Assembled, Placing};
+use crate::bodies::build::{BuiltDocument, head};
+use crate::bodies::copies::MOST_BODIES;
+use crate::bodies::entries::{AttitudeEntry, Files, placed};
 use crate::document::Document;
 use crate::settings::RobotSettings;
-use crate::tables::GroundTable;
 use nalgebra::Vector3;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 use tumble_core::geometry::smooth::USUAL_SIDES;
 use tumble_core::world::Plane;
-use tumble_model::Model;
 use tumble_model::failure::Failure;
 use tumble_model::fields::Numbers;
 use tumble_model::shown;
 use tumble_robot::model::{Moves, Robot};
-use tumble_robot::{Assembled, LARGEST_FILE, LinkFrame, MeshPieces, Placing, Reading, read};
+use tumble_robot::{LARGEST_FILE, LinkFrame, MeshPieces, Reading, read};
 
 /// Coefficient of friction on the ground for a robot file without one.
 const USUAL_FRICTION: f64 = 1.0;
 
-#[derive(Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table [[robots]]")]
 pub struct RobotEntry {
     file: String,
@@ -51,8 +50,8 @@ impl RobotEntry {
         self.prefix.as_deref().unwrap_or("")
     }
 
-    /// Adds the robot to `model`.
-    pub fn add(&self, files: &Files<'_>, model: &mut Model) -> Result<Assembled, String> {
+    /// Adds the robot to a `document` in exact form.
+    pub fn add(&self, files: &Files<'_>, document: &mut Document) -> Result<Assembled, String> {
         let path = files.folder.join(&self.file);
         let invalid = |why: &dyn std::fmt::Display| format!("file: {}: {why}", shown::path(&path));
         let bytes = (files.read)(&path, LARGEST_FILE).map_err(|error| invalid(&error))?;
@@ -75,7 +74,7 @@ impl RobotEntry {
                     .to_owned(),
             );
         }
-        let place = super::build::placed(self.position, self.attitude.as_ref())?;
+        let place = placed(self.position, self.attitude.as_ref())?;
         let placing = Placing {
             frame: LinkFrame { position: place.position.into(), attitude: place.attitude.into() },
             prefix: self.prefix().to_owned(),
@@ -91,11 +90,11 @@ impl RobotEntry {
             sides: self.sides.unwrap_or(USUAL_SIDES),
             has_ground: false,
         };
-        let room = MOST_BODIES - model.bodies.len();
+        let room = MOST_BODIES - document.bodies.len();
         if robot.links.len() > room + 1 {
             return Err(format!("file: with its links there are more than {MOST_BODIES} bodies"));
         }
-        Assembled::new(robot, &placing, model).map_err(|why| invalid(&why))
+        Assembled::new(robot, &placing, document).map_err(|why| invalid(&why))
     }
 }
 
@@ -134,11 +133,10 @@ pub fn read_alone(
     Ok((robot, name))
 }
 
-/// Model of a single robot file. A floating robot without a ground in its file is placed on the
+/// Document of a single robot file. A floating robot without a ground in its file is placed on the
 /// ground.
-pub fn alone(robot: &Robot, document: &Document) -> Result<BuiltScene, String> {
+pub fn alone(robot: &Robot, document: &Document) -> Result<BuiltDocument, String> {
     let mut placing = Placing { has_ground: robot.options.has_world, ..Placing::default() };
-    let empty = || empty_model(document);
     if robot.joints.is_empty() {
         let remedy = if robot.options.has_world {
             "add a <freejoint/> or a joint"
@@ -149,27 +147,27 @@ pub fn alone(robot: &Robot, document: &Document) -> Result<BuiltScene, String> {
             "nothing in it can move; {remedy}, or use it with other bodies by [[robots]]"
         ));
     }
-    let mut model = empty()?;
-    let mut assembled = Assembled::new(robot.clone(), &placing, &mut model)?;
-    let plane = document.ground.as_ref().map_or(Ok(None), GroundTable::plane)?;
-    if let Some(plane) = &plane {
-        let lowest = lowest(&model, plane)?;
+    let head = head(document)?;
+    let mut document = head.clone();
+    let mut assembled = Assembled::new(robot.clone(), &placing, &mut document)?;
+    if let Some(plane) = &head.plane()? {
+        let lowest = lowest(&document, plane)?;
         let flies = robot.joints_of(1).iter().any(|joint| joint.moves == Moves::Free);
         // A robot fixed to the world keeps its place unless it would be below the ground.
         let lowest = if flies { lowest } else { lowest.min(0.0) };
         placing.frame.position -= plane.normal() * lowest;
-        model = empty()?;
-        assembled = Assembled::new(robot.clone(), &placing, &mut model)?;
+        document = head;
+        assembled = Assembled::new(robot.clone(), &placing, &mut document)?;
     }
-    Ok(BuiltScene { model, drawn: false, robots: vec![assembled], notes: Vec::new() })
+    Ok(BuiltDocument { document, drawn: false, robots: vec![assembled], notes: Vec::new() })
 }
 
 /// Smallest height of the colliding bodies above the plane (m).
-fn lowest(model: &Model, plane: &Plane) -> Result<f64, String> {
+fn lowest(document: &Document, plane: &Plane) -> Result<f64, String> {
     let mut lowest = f64::INFINITY;
-    for body in model.bodies.iter().filter(|body| body.touches) {
-        let made = body.rigid_body(&model.shapes[body.shape]).map_err(|error| error.to_string())?;
-        let pose = body.start.pose();
+    for body in document.bodies.iter().filter(|body| body.touches()) {
+        let made = body.rigid_body(&document.shape_of(body)?).map_err(|error| error.to_string())?;
+        let pose = body.start().pose();
         for point in made.contact_points() {
             let at: Vector3<f64> = pose.position + pose.rotation * point.position;
             let normal = pose.rotation.tr_mul(plane.normal());

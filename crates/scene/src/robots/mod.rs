@@ -1,24 +1,27 @@
 //! A robot in a scene: bodies, joints, fixed pieces and contact rules.
 
 mod bodies;
+pub mod entry;
 mod forms;
 mod joints;
+pub mod starts;
 mod states;
+mod touch;
 mod touching;
 
-use super::frame::LinkFrame;
-use super::joining::{drive, sum_drive};
-use super::model::{Key, MimicJoint, Moves, Robot, RobotJoint, RobotShape};
+use crate::bodies::place::Place;
+use crate::document::Document;
 use nalgebra::{Vector3, Vector4};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use tumble_core::geometry::smooth::USUAL_SIDES;
 use tumble_core::joint::Drive;
 use tumble_core::mechanics::State;
-use tumble_model::Model;
 use tumble_model::nearest;
-use tumble_model::shape::ModelPlace;
 use tumble_model::shown;
+use tumble_robot::LinkFrame;
+use tumble_robot::joining::{drive, sum_drive};
+use tumble_robot::model::{Key, MimicJoint, Moves, Robot, RobotJoint, RobotShape};
 
 /// Options for placing a robot in a scene.
 #[derive(Debug, Clone)]
@@ -109,11 +112,15 @@ impl Carried {
 }
 
 impl Assembled {
-    /// Adds `robot` to the model of a scene.
+    /// Adds `robot` to a document in exact form.
     ///
     /// # Errors
     /// Unsupported content, with its line in the file.
-    pub fn new(mut robot: Robot, placing: &Placing, model: &mut Model) -> Result<Self, String> {
+    pub fn new(
+        mut robot: Robot,
+        placing: &Placing,
+        document: &mut Document,
+    ) -> Result<Self, String> {
         if !(3..=200).contains(&placing.sides) {
             return Err(format!("sides is {}; allowed: 3 to 200", placing.sides));
         }
@@ -130,7 +137,7 @@ impl Assembled {
             carriers: robot.carriers(),
             axes: vec![None; robot.joints.len()],
             sums: 0..0,
-            fixed: model.fixed.len()..model.fixed.len(),
+            fixed: document.fixed_count()..document.fixed_count(),
             fixed_links: Vec::new(),
             ties: 0..0,
             is_alone: placing.has_ground,
@@ -139,21 +146,21 @@ impl Assembled {
             coordinates,
             robot,
         };
-        own.number_bodies(placing, model)?;
+        own.number_bodies(placing, document)?;
         let motion = own.robot.motion(&own.coordinates, &rates)?;
-        own.add_bodies(placing, &motion, model)?;
-        let touching = own.add_shapes(placing, model)?;
-        own.keep_apart(placing, &touching, model);
+        own.add_bodies(placing, &motion, document)?;
+        let touching = own.add_shapes(placing, document)?;
+        own.keep_apart(placing, &touching, document);
         drop(touching);
-        own.fixed.end = model.fixed.len();
-        own.add_joints(model)?;
-        own.add_gears(model)?;
-        let first_tie = model.joints.len();
-        own.add_ties(model)?;
-        own.ties = first_tie..model.joints.len();
-        own.join_pairs(placing, model);
-        own.add_parts(model);
-        own.note_names(model);
+        own.fixed.end = document.fixed_count();
+        own.add_joints(document)?;
+        own.add_gears(document)?;
+        let first_tie = document.joints.len();
+        own.add_ties(document)?;
+        own.ties = first_tie..document.joints.len();
+        own.join_pairs(placing, document);
+        own.add_parts(document);
+        own.note_names(document);
         Ok(own)
     }
 
@@ -165,13 +172,13 @@ impl Assembled {
     }
 
     /// Adds a note about names that differ in the scene.
-    fn note_names(&mut self, model: &Model) {
+    fn note_names(&mut self, document: &Document) {
         let links = self.robot.links.iter().skip(1).map(|link| &link.name);
         let names = links.chain(self.robot.joints.iter().map(|joint| &joint.name));
         let shapes = self.robot.shapes.iter().filter_map(|shape| shape.name.as_ref());
         let shapes = shapes.filter(|name| {
             let name = self.named(name);
-            model.fixed[self.fixed.clone()].iter().any(|fixed| fixed.name == name)
+            document.fixed_names().skip(self.fixed.start).any(|fixed| fixed == name)
         });
         let other = |name: &&String| self.named(name) != format!("{}{name}", self.prefix);
         let others: Vec<_> = names.chain(shapes).filter(other).collect();
@@ -295,20 +302,20 @@ impl Assembled {
         trees
     }
 
-    /// Translates the bodies of a free joint at the start by `by` (m). Returns the name of its
+    /// Translates the `states` of the bodies of a free joint at the start by `by` (m). Returns the name of its
     /// link.
     pub(crate) fn lift(
         &mut self,
         joint: usize,
         bodies: &[usize],
         by: Vector3<f64>,
-        model: &mut Model,
+        states: &mut [State],
     ) -> String {
         let place = self.robot.places()[joint].0;
         for k in 0..3 {
             self.coordinates[place + k] += by[k];
             for body in bodies {
-                model.bodies[*body].start.position[k] += by[k];
+                states[*body].position[k] += by[k];
             }
         }
         self.named(&self.robot.links[self.robot.joints[joint].link].name)
@@ -496,6 +503,6 @@ fn long_names(robot: &Robot, prefix: &str) -> BTreeMap<String, String> {
     known
 }
 
-fn place_of(frame: &LinkFrame) -> ModelPlace {
-    ModelPlace { position: frame.position.into(), attitude: frame.attitude.into() }
+fn place_of(frame: &LinkFrame) -> Place {
+    Place { position: frame.position.into(), attitude: frame.attitude.into() }
 }

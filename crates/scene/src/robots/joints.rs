@@ -4,22 +4,26 @@
 //! are rigidly connected. Joint frames of the scene are relative to the centres of mass.
 
 use super::{Assembled, Carried, Placing, place_of};
-use crate::frame::{LinkFrame, conjugated};
-use crate::joining::{Joined, drive, joined, sum_drive};
-use crate::model::{MimicJoint, RobotTie};
+use crate::bodies::entries::ApartEntry;
+use crate::bodies::joints::{JointEntry, MotorEntry};
+use crate::bodies::place::Place;
+use crate::document::Document;
 use nalgebra::Vector4;
-use tumble_core::joint::{Drive, Gear, GearAxis};
+use std::collections::BTreeSet;
+use tumble_core::joint::{Gear, GearAxis};
 use tumble_core::simulation::JOINT_AT_THE_START;
-use tumble_model::joint::{JointKind, JointModel};
-use tumble_model::shape::ModelPlace;
-use tumble_model::{ApartModel, Model, PartnerModel};
+use tumble_model::joint::JointKind;
+use tumble_robot::LinkFrame;
+use tumble_robot::frame::conjugated;
+use tumble_robot::joining::{Joined, drive, joined, sum_drive};
+use tumble_robot::model::{MimicJoint, RobotTie};
 
 impl Assembled {
     /// Adds one joint per link that moves in its parent. It represents all joints of that link.
     ///
     /// The joint's first frame is on the link's body, the second on the parent's body or in the
     /// world.
-    pub(super) fn add_joints(&mut self, model: &mut Model) -> Result<(), String> {
+    pub(super) fn add_joints(&mut self, document: &mut Document) -> Result<(), String> {
         for place in 0..self.bodies.len() {
             let Carried { link, body, centre, .. } = self.bodies[place];
             let (first, count) = self.robot.links[link].joints;
@@ -57,56 +61,45 @@ impl Assembled {
                 [one] => self.named(one),
                 _ => self.named(&self.robot.links[link].name),
             };
-            if model.joints.iter().any(|known| known.name == name) {
+            if document.joint_names().any(|known| known == name) {
                 return Err(format!(
                     "{}: the joint name {name:?} is already used; set a prefix",
                     self.robot.links[link].at
                 ));
             }
-            let index = model.joints.len();
+            let index = document.joints.len();
             let counted = kind.driven().iter().zip(&axes).filter(|_| !kind.turns_freely());
             for ((_, axis), joint) in counted {
                 self.axes[first + joint] = Some((index, *axis));
             }
-            let drives = drives.collect::<Result<_, _>>()?;
-            model.joints.push(JointModel {
-                name,
-                kind,
-                body,
-                other,
-                frames: [
-                    ModelPlace { position: (anchor - centre).into(), attitude: attitude.into() },
-                    place_of(&above),
-                ],
-                length: None,
-                collide: flies,
-                cone: None,
-                middle,
-                drives,
-                course: None,
-            });
+            let drives = drives.collect::<Result<Vec<_>, _>>()?;
+            let frames = [
+                Place { position: (anchor - centre).into(), attitude: attitude.into() },
+                place_of(&above),
+            ];
+            let bodies = names_of(document, body, other);
+            let joint = JointEntry::made(name.clone(), kind, bodies, frames, &drives);
+            let collide = flies.then_some(true);
+            document.joints.push(JointEntry { collide, middle, ..joint });
+            for ((axis, _), drive) in kind.driven().iter().zip(&drives) {
+                let axis = (drives.len() > 1).then_some(*axis);
+                let motor = drive.motor.as_ref();
+                document.motors.extend(motor.map(|motor| MotorEntry::exact(&name, axis, motor)));
+            }
         }
         Ok(())
     }
 
     /// Fixes the further bodies of each group of links to its first body. A group has one body for
     /// each set of contact rules.
-    pub(super) fn add_parts(&self, model: &mut Model) {
+    pub(super) fn add_parts(&self, document: &mut Document) {
         for Carried { link, body, parts, .. } in &self.bodies {
             for number in 1..parts.len() {
-                model.joints.push(JointModel {
-                    name: self.part_name(*link, number),
-                    kind: JointKind::Fixed,
-                    body: body + number,
-                    other: Some(*body),
-                    frames: [ModelPlace::ORIGIN; 2],
-                    length: None,
-                    collide: false,
-                    cone: None,
-                    middle: None,
-                    drives: Vec::new(),
-                    course: None,
-                });
+                let name = self.part_name(*link, number);
+                let bodies = names_of(document, body + number, Some(*body));
+                let frames = [Place::ORIGIN; 2];
+                let joint = JointEntry::made(name, JointKind::Fixed, bodies, frames, &[]);
+                document.joints.push(joint);
             }
         }
     }
@@ -115,8 +108,8 @@ impl Assembled {
     ///
     /// A coordinate of the scene is a coordinate of the file minus its reference value. The offset
     /// of a gear changes accordingly.
-    pub(super) fn add_gears(&mut self, model: &mut Model) -> Result<(), String> {
-        let first = model.gears.len() + self.robot.follows.len();
+    pub(super) fn add_gears(&mut self, document: &mut Document) -> Result<(), String> {
+        let first = document.gears.len() + self.robot.follows.len();
         self.sums = first..first + self.robot.sums.len();
         let ties = self.robot.follows.iter().map(|follows| (follows, None));
         let sums = self.robot.sums.iter().enumerate().map(|(index, sum)| (&sum.of, Some(index)));
@@ -131,7 +124,7 @@ impl Assembled {
                 sum.map(|index| sum_drive(&self.robot, index, &self.controls)).transpose()?;
             let [first, second] = [first, second].map(|(joint, axis)| GearAxis::new(joint, axis));
             let gear = Gear::new(first, second, *ratio, offset - own + ratio * other);
-            model.gears.push(drive.map_or(gear, |drive| gear.with_drive(drive)));
+            document.add_gear(&drive.map_or(gear, |drive| gear.with_drive(drive)));
         }
         Ok(())
     }
@@ -139,7 +132,7 @@ impl Assembled {
     /// Adds the constraints that close loops (`connect` and `weld` of MJCF), as joints.
     ///
     /// Their frames are computed with all coordinates at the reference of the file.
-    pub(super) fn add_ties(&mut self, model: &mut Model) -> Result<(), String> {
+    pub(super) fn add_ties(&mut self, document: &mut Document) -> Result<(), String> {
         if self.robot.ties.is_empty() {
             return Ok(());
         }
@@ -213,52 +206,64 @@ impl Assembled {
                 }
                 None => (None, self.world().then(&b.1)),
             };
-            model.joints.push(JointModel {
-                name: self.named(&format!("tie-{number}")),
-                kind,
-                body,
-                other,
-                frames: [place_of(&ours), place_of(&theirs)],
-                length: None,
-                collide: true,
-                cone: None,
-                middle: None,
-                drives: vec![Drive::NONE; kind.driven().len()],
-                course: None,
-            });
+            let name = self.named(&format!("tie-{number}"));
+            let (bodies, frames) = (names_of(document, body, other), [ours, theirs]);
+            let joint = JointEntry::made(name, kind, bodies, frames.each_ref().map(place_of), &[]);
+            document.joints.push(JointEntry { collide: Some(true), ..joint });
         }
         self.robot.notes.extend(moved);
         Ok(())
     }
 
     /// Sets the collision flag of every joint of the robot, and removes redundant exclusions.
-    pub(super) fn join_pairs(&self, placing: &Placing, model: &mut Model) {
+    pub(super) fn join_pairs(&self, placing: &Placing, document: &mut Document) {
         let touching = placing.touches_itself && self.robot.options.neighbours_touch;
         // An explicit pair of shapes lets their bodies collide. All shapes of a body have the same
         // contact rules.
+        let name_of = |body: usize| document.bodies[body].name();
         let body_of = |shape: usize| {
             let Carried { body, parts, .. } =
                 &self.bodies[self.links[self.robot.shapes[shape].link].0?];
-            parts.iter().position(|part| part.contains(&shape)).map(|part| body + part)
+            parts.iter().position(|part| part.contains(&shape)).map(|part| name_of(body + part))
         };
-        let paired: Vec<_> =
-            self.robot.pairs.keys().map(|(a, b)| [body_of(*a), body_of(*b)]).collect();
-        for joint in model.joints.iter_mut().filter(|joint| self.has_body(joint.body)) {
-            let ends = [Some(joint.body), joint.other];
-            joint.collide |=
-                touching || paired.contains(&ends) || paired.contains(&[ends[1], ends[0]]);
+        let pairs = self.robot.pairs.keys();
+        let paired: Vec<_> = pairs.map(|(a, b)| [body_of(*a), body_of(*b)]).collect();
+        let own: BTreeSet<_> = self
+            .bodies
+            .iter()
+            .flat_map(|one| (one.body..one.body + one.parts.len()).map(name_of))
+            .collect();
+        let collides = document.joints.iter().map(|joint| {
+            let [first, second] = joint.ends();
+            let ends = [first, second];
+            let is_own = first.is_some_and(|first| own.contains(first));
+            let may = touching || paired.contains(&ends) || paired.contains(&[second, first]);
+            joint.collide == Some(true) || is_own && may
+        });
+        let collides: Vec<_> = collides.collect();
+        for (joint, collides) in document.joints.iter_mut().zip(collides) {
+            joint.collide = collides.then_some(true);
         }
         // A joint without collisions makes an exclusion redundant.
-        let tied = |pair: &ApartModel| {
-            let PartnerModel::Body(other) = pair.partner else { return false };
-            model.joints.iter().any(|joint| {
-                let ends = [Some(joint.body), joint.other];
-                !joint.collide && ends.contains(&Some(pair.body)) && ends.contains(&Some(other))
+        let joints = document.joints.iter().filter(|joint| joint.collide.is_none());
+        let tied: BTreeSet<_> = joints
+            .flat_map(|joint| {
+                let [first, second] = joint.ends();
+                [(first, second), (second, first)]
             })
-        };
-        let kept: Vec<_> = model.apart.iter().filter(|pair| !tied(pair)).cloned().collect();
-        model.apart = kept;
+            .collect();
+        let kept = document.apart.iter().filter(|ApartEntry { between }| {
+            let [first, second] = between.0.each_ref().map(|name| Some(name.as_str()));
+            !tied.contains(&(first, second))
+        });
+        document.apart = kept.cloned().collect();
     }
+}
+
+/// Names of the bodies of a joint.
+fn names_of(document: &Document, body: usize, other: Option<usize>) -> Vec<String> {
+    let bodies = [Some(body), other].into_iter().flatten();
+    bodies.map(|body| document.bodies[body].name().to_owned()).collect()
 }
 
 /// Rotation without translation.

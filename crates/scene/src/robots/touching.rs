@@ -2,15 +2,16 @@
 
 use super::forms::form_of;
 use super::{Assembled, Carried, Placing, place_of};
-use crate::model::{PairFriction, RobotForm, RobotShape};
-use std::sync::Arc;
+use crate::bodies::entries::{ApartEntry, FixedEntry, PairEntry};
+use crate::bodies::exact::Owner;
+use crate::bodies::terrain::TerrainEntry;
+use crate::document::Document;
 use tumble_core::contact::Plane;
 use tumble_core::geometry::Terrain;
 use tumble_core::geometry::terrain::HeightField;
 use tumble_core::world::Coefficient;
-use tumble_model::groups::GroupsModel;
-use tumble_model::shape::PlacedForm;
-use tumble_model::{ApartModel, FixedModel, Model, PairModel, PartnerModel, TerrainModel};
+use tumble_model::fields::Exactly;
+use tumble_robot::model::{PairFriction, RobotForm, RobotShape};
 
 /// Torsional and rolling friction, in the order of MJCF.
 const TURNING: [Coefficient; 2] = [Coefficient::TorsionalFriction, Coefficient::RollingFriction];
@@ -19,7 +20,7 @@ const TURNING: [Coefficient; 2] = [Coefficient::TorsionalFriction, Coefficient::
 pub(super) struct ContactRules {
     /// Index of the shape.
     shape: usize,
-    owner: PartnerModel,
+    owner: Owner,
 }
 
 impl Assembled {
@@ -27,7 +28,7 @@ impl Assembled {
     pub(super) fn add_shapes(
         &mut self,
         placing: &Placing,
-        model: &mut Model,
+        document: &mut Document,
     ) -> Result<Vec<ContactRules>, String> {
         let (mut touching, mut links) = (Vec::new(), Vec::new());
         let shapes = self.robot.shapes.iter().enumerate();
@@ -36,13 +37,14 @@ impl Assembled {
                 Some(place) => {
                     let Carried { body, parts, .. } = &self.bodies[place];
                     let part = parts.iter().position(|part| part.contains(&index));
-                    PartnerModel::Body(body + part.unwrap_or(0))
+                    Owner::Body(body + part.unwrap_or(0))
                 }
                 None if shape.form == RobotForm::Plane => {
                     if !placing.has_ground {
                         continue;
                     }
-                    if model.plane.is_some() {
+                    let Some(ground) = &mut document.ground else { continue };
+                    if ground.plane()?.is_some() {
                         return Err(format!(
                             "{}: only one plane is supported; use a box",
                             shape.at
@@ -52,35 +54,34 @@ impl Assembled {
                     let normal = frame.rotation().column(2).into_owned();
                     let plane = Plane::new(normal, normal.dot(&frame.position));
                     let plane = plane.map_err(|error| format!("{}: {error}", shape.at))?;
-                    model.plane = Some(plane);
-                    model.mu = friction_of(shape).unwrap_or(model.mu);
-                    PartnerModel::Ground
+                    ground.set_plane(Some(&plane));
+                    ground.friction = friction_of(shape).unwrap_or(ground.friction);
+                    Owner::Ground
                 }
                 None if let RobotForm::Field(field) = &shape.form => {
                     let frame = self.world().then(&self.in_body(shape));
                     let field = HeightField::clone(field);
                     let field = field.moved_by(&frame.rotation(), &frame.position);
                     let field = field.map_err(|error| format!("{}: {error}", shape.at))?;
-                    let name = self.piece_name(shape, &links, model);
-                    model.terrains.push(TerrainModel {
-                        name,
-                        terrain: Arc::new(Terrain::from(field)),
-                        friction: friction_of(shape),
-                        groups: GroupsModel::default(),
-                    });
-                    PartnerModel::Terrain(model.terrains.len() - 1)
+                    let name = self.piece_name(shape, &links, document);
+                    let made = TerrainEntry::made(name, Terrain::from(field));
+                    document.terrain.push(TerrainEntry { friction: friction_of(shape), ..made });
+                    Owner::Terrain(document.terrain.len() - 1)
                 }
                 None => {
                     let Some(form) = form_of(shape, placing.sides)? else { continue };
                     let frame = self.world().then(&self.in_body(shape));
-                    let piece = PlacedForm { form, place: place_of(&frame) };
+                    let piece = form.placed_at(&place_of(&frame));
                     piece.piece().map_err(|error| format!("{}: {error}", shape.at))?;
-                    let name = self.piece_name(shape, &links, model);
+                    let name = self.piece_name(shape, &links, document);
                     links.push(shape.link);
-                    let friction = friction_of(shape);
-                    let groups = GroupsModel::default();
-                    model.fixed.push(FixedModel { name, piece, friction, groups });
-                    PartnerModel::Fixed(model.fixed.len() - 1)
+                    document.fixed.push(FixedEntry {
+                        name: Some(name),
+                        pieces: Some(vec![piece]),
+                        friction: friction_of(shape),
+                        ..FixedEntry::default()
+                    });
+                    Owner::Fixed(document.fixed_count() - 1)
                 }
             };
             touching.push(ContactRules { shape: index, owner });
@@ -91,15 +92,12 @@ impl Assembled {
 
     /// Free name of the fixed piece of a shape: that of the shape, or else of its link, with a
     /// number if it is taken. `links` are the links of the pieces so far.
-    fn piece_name(&self, shape: &RobotShape, links: &[usize], model: &Model) -> String {
+    fn piece_name(&self, shape: &RobotShape, links: &[usize], document: &Document) -> String {
         let name = shape.name.as_ref().unwrap_or(&self.robot.links[shape.link].name);
         let before = links.iter().filter(|link| **link == shape.link).count();
         let numbers = before.max(1)..;
         let numbered = numbers.map(|number| self.named(&format!("{name}-{number}")));
-        let is_free = |name: &String| {
-            model.bodies.iter().all(|body| body.name != *name)
-                && model.fixed_names().all(|fixed| fixed != name)
-        };
+        let is_free = |name: &String| document.colliders().all(|object| object.name != name);
         std::iter::once(self.named(name)).chain(numbered).find(is_free).unwrap_or_default()
     }
 
@@ -108,72 +106,68 @@ impl Assembled {
         &self,
         placing: &Placing,
         touching: &[ContactRules],
-        model: &mut Model,
+        document: &mut Document,
     ) {
         // First shape of each owner. All shapes of an owner have the same contact rules.
-        let mut owners: Vec<(PartnerModel, usize)> = Vec::new();
+        let mut owners: Vec<(Owner, usize)> = Vec::new();
         for ContactRules { shape, owner } in touching {
             if !owners.iter().any(|(known, _)| known == owner) {
                 owners.push((*owner, *shape));
             }
         }
+        let usual = document.friction_of_ground();
+        let names: Vec<_> = owners.iter().map(|(owner, _)| document.name_of(*owner)).collect();
         for (index, (owner, shape)) in owners.iter().enumerate() {
-            let PartnerModel::Body(body) = *owner else { continue };
+            let Owner::Body(_) = *owner else { continue };
             for (other_index, (other, theirs)) in owners.iter().enumerate() {
-                let is_later = other_index > index || !matches!(other, PartnerModel::Body(_));
+                let is_later = other_index > index || !matches!(other, Owner::Body(_));
                 if !is_later {
                     continue;
                 }
-                let friction = self.law(placing, *shape, *theirs, model.mu);
+                let friction = self.law(placing, *shape, *theirs, usual);
                 let own = [*shape, *theirs].map(|shape| {
                     let PairFriction { torsional, rolling, .. } =
-                        self.robot.shapes[shape].own_friction(model.mu);
+                        self.robot.shapes[shape].own_friction(usual);
                     [torsional, rolling]
                 });
-                let partner = *other;
-                let theirs = match partner {
-                    PartnerModel::Ground => None,
-                    PartnerModel::Fixed(fixed) => model.fixed[fixed].friction,
-                    PartnerModel::Terrain(terrain) => model.terrains[terrain].friction,
-                    PartnerModel::Body(other) => model.bodies[other].friction,
-                };
-                let [ours, theirs] =
-                    [model.bodies[body].friction, theirs].map(|own| own.unwrap_or(model.mu));
+                let between = Exactly([index, other_index].map(|owner| names[owner].clone()));
+                let [ours, theirs] = [*shape, *theirs]
+                    .map(|shape| friction_of(&self.robot.shapes[shape]).unwrap_or(usual));
                 let Some(PairFriction { sliding, torsional, rolling }) = friction else {
-                    model.apart.push(ApartModel { body, partner });
+                    document.apart.push(ApartEntry { between });
                     continue;
                 };
-                let pair = |coefficient| PairModel { body, partner, coefficient };
+                let pair = |coefficient| PairEntry { between: between.clone(), coefficient };
                 if ours != theirs || ours != sliding {
-                    model.frictions.push(pair(sliding));
+                    document.friction.push(pair(sliding));
                 }
                 for (k, (friction, of)) in [torsional, rolling].into_iter().zip(TURNING).enumerate()
                 {
                     if friction != own[0][k].max(own[1][k]) {
-                        model.coefficients_mut(of).pairs.push(pair(friction));
+                        document.coefficient_mut(of).get_or_insert_default().push(pair(friction));
                     }
                 }
             }
         }
-        let ground = owners.iter().find(|(owner, _)| *owner == PartnerModel::Ground);
-        let ground = ground.map(|(_, shape)| self.robot.shapes[*shape].own_friction(model.mu));
+        let ground = owners.iter().find(|(owner, _)| *owner == Owner::Ground);
+        let ground = ground.map(|(_, shape)| self.robot.shapes[*shape].own_friction(usual));
         let has_ground = ground.map_or([false; 2], |own| [own.torsional > 0.0, own.rolling > 0.0]);
         // Two shapes of an MJCF file do not have the friction of another ground.
         let has_world = TURNING.map(|of| {
-            let of_world = model.coefficients.get(&of).and_then(|all| all.world);
+            let of_world = document.ground.as_mut().and_then(|ground| *ground.coefficient_mut(of));
             self.robot.options.has_world && of_world > Some(0.0)
         });
         for (owner, shape) in owners {
-            let own = self.robot.shapes[shape].own_friction(model.mu);
+            let own = self.robot.shapes[shape].own_friction(usual);
             let turning = [own.torsional, own.rolling].into_iter().zip(TURNING);
             // Bodies without their own coefficients would have the ground's.
             for (k, (friction, of)) in turning.enumerate() {
-                if owner != PartnerModel::Ground
-                    && (friction > 0.0 || has_ground[k] || has_world[k])
-                {
-                    model.coefficients_mut(of).owners.push((owner, friction));
-                } else if friction > 0.0 {
-                    model.coefficients_mut(of).world = Some(friction);
+                let is_needed = match owner {
+                    Owner::Ground => friction > 0.0,
+                    _ => friction > 0.0 || has_ground[k] || has_world[k],
+                };
+                if let Some(own) = document.own_coefficient(owner, of).filter(|_| is_needed) {
+                    *own = Some(friction);
                 }
             }
         }
