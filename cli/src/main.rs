@@ -17,6 +17,7 @@ mod directory;
 mod exported;
 mod file_names;
 mod film;
+mod forces;
 mod gif;
 mod input;
 mod live;
@@ -68,6 +69,7 @@ fn run() -> Result<Outcome, Failure> {
         Some(Command::Stands(args)) => stands::run(&args),
         Some(Command::Verify(args)) => verify::run(&args),
         Some(Command::Convert(args)) => convert::run(&args),
+        Some(Command::Forces(args)) => forces::run(&args),
         Some(Command::Gif(args)) => gif::run(&args),
         Some(Command::Plot(args)) => plot::run(&args),
         Some(Command::View(args)) => view::run(&args),

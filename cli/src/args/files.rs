@@ -47,6 +47,29 @@ pub struct PlotArgs {
 }
 
 #[derive(Debug, Args)]
+#[command(after_help = "\
+Each line has the mean of the steps and the largest resultant. A force on the first body is in the world
+frame, that of a joint along the axes of its second frame. Bodies of several pieces have their sum.
+
+Example: tumble forces out --from 0.5 --csv > forces.csv")]
+pub struct ForcesArgs {
+    /// A table of a run, or its directory.
+    ///
+    /// Its parameters are read from run.json in the same directory.
+    #[arg(value_name = "FILE.csv|DIR", value_parser = table())]
+    pub file: PathBuf,
+    /// First time of a step, s [default: the start].
+    #[arg(long, value_name = "S", value_parser = values::number, allow_hyphen_values = true)]
+    pub from: Option<f64>,
+    /// Last time of a step, s [default: the end].
+    #[arg(long, value_name = "S", value_parser = values::number, allow_hyphen_values = true)]
+    pub to: Option<f64>,
+    /// Print the table as CSV with all digits.
+    #[arg(long)]
+    pub csv: bool,
+}
+
+#[derive(Debug, Args)]
 pub struct ViewArgs {
     /// A table of a run, or its directory; two runs are compared.
     ///

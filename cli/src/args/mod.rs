@@ -8,8 +8,8 @@ mod simulate;
 mod stands;
 
 pub use files::{
-    CheckArgs, CompletionsArgs, ConvertArgs, GifArgs, MeshArgs, NewArgs, PlotArgs, VerifyArgs,
-    ViewArgs,
+    CheckArgs, CompletionsArgs, ConvertArgs, ForcesArgs, GifArgs, MeshArgs, NewArgs, PlotArgs,
+    VerifyArgs, ViewArgs,
 };
 pub use plan::PlanArgs;
 pub use shared::AnimationArgs;
@@ -65,6 +65,8 @@ pub enum Command {
     Stands(Box<StandsArgs>),
     /// Recompute the residual of every step from the tables of a run.
     Verify(VerifyArgs),
+    /// Print the forces between bodies and in joints, over a time of a run.
+    Forces(ForcesArgs),
     /// Write a page that plays one or two runs in a browser.
     View(ViewArgs),
     /// Plot a run over time, as PNG and SVG.

@@ -14,6 +14,7 @@ mod driven;
 mod exported;
 mod failure;
 mod flags;
+mod forces;
 mod foreign_files;
 mod friction_axes;
 mod fuzz;

@@ -12,6 +12,7 @@ use tumble_core::joint::{Drive, Motor};
 use tumble_core::mechanics::RigidBody;
 use tumble_core::world::FixedTerrain;
 use tumble_core::world::constants::extents;
+use tumble_model::shown;
 
 /// Largest angle that may be meant in degrees: two turns.
 const MOST_DEGREES: f64 = 720.0;
@@ -33,6 +34,7 @@ impl Scene {
         let of_terrains =
             self.world.terrains().iter().zip(&self.document.terrain).filter_map(note_on_terrain);
         let mistakes = [
+            self.note_on_ground(),
             self.note_on_gravity(),
             self.note_on_degrees(),
             self.note_on_speeds(),
@@ -42,6 +44,20 @@ impl Scene {
         ];
         let of_files = of_robots.chain(self.file_notes.iter().cloned()).chain(of_terrains);
         of_files.chain(self.notes_on_joints()).chain(mistakes.into_iter().flatten()).collect()
+    }
+
+    fn note_on_ground(&self) -> Option<String> {
+        let document = &self.document;
+        let has_support = document.ground.is_some() || !document.fixed.is_empty();
+        let is_held = !document.joints.is_empty() || !document.driven.is_empty();
+        let gravity = self.world.gravity().norm();
+        let time = self.rows.saturating_sub(1) as f64 * self.world.time_step();
+        let name = self.bodies.first()?;
+        let falls = gravity > 0.0 && !has_support && document.terrain.is_empty() && !is_held;
+        falls.then(|| {
+            let [fall, time] = [0.5 * gravity * time * time, time].map(shown::rounded);
+            format!("there is no [ground]; {name} falls by {fall} m in {time} s")
+        })
     }
 
     fn note_on_gravity(&self) -> Option<String> {
