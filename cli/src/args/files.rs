@@ -49,7 +49,7 @@ pub struct PlotArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Each line has the mean of the steps and the largest resultant. A force on the first body is in the world
-frame, that of a joint along the axes of its second frame. Bodies of several pieces have their sum.
+frame, that of a joint along the axes of its second frame. A body has the sum of its pieces, a fixed object a\nline for each piece.
 
 Example: tumble forces out --from 0.5 --csv > forces.csv")]
 pub struct ForcesArgs {

@@ -19,6 +19,7 @@ use tumble_model::shown;
 const LARGEST_FILE: u64 = 1 << 29;
 
 with_coefficients!(table, f64, TerrainEntry, "a table [[terrain]]" {
+    name: Option<String>,
     heights: Option<HeightsEntry>,
     spacing: Option<SpacingEntry>,
     mesh: Option<String>,
@@ -31,7 +32,6 @@ with_coefficients!(table, f64, TerrainEntry, "a table [[terrain]]" {
     attitude: Option<AttitudeEntry>,
     /// Rows of the rotation matrix, as a run has it.
     turned: Option<Exactly<Numbers<3>, 3>>,
-    name: Option<String>,
     friction: Option<f64>,
     groups: Option<Vec<String>>,
     collides_with: Option<Vec<String>>,
