@@ -13,6 +13,7 @@ use tumble_core::world::{Plane, StickSpeed};
 use tumble_model::fields::{Exactly, Numbers, matrix, numbers};
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(expecting = "a table [body]")]
 #[serde(deny_unknown_fields)]
 pub struct BodyTable {
@@ -25,6 +26,7 @@ pub struct BodyTable {
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "one number (a cube) or three are needed")]
 pub enum Sides {
     Cube(f64),
@@ -33,6 +35,7 @@ pub enum Sides {
 
 /// Inertia of a body (kg m²).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
     untagged,
     expecting = "\"solid\", one number, three (diagonal) or a 3 × 3 matrix are needed"
@@ -50,6 +53,7 @@ pub enum InertiaValue {
 
 /// Inertia of the solid shape.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum SolidInertia {
     /// Uniform density.
@@ -68,6 +72,7 @@ with_coefficients!(table, f64, GroundTable, "a table [ground]" {
 });
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(expecting = "a table [start]")]
 #[serde(deny_unknown_fields)]
 pub struct StartTable {
@@ -80,6 +85,7 @@ pub struct StartTable {
 
 /// Random attitude.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Random {
     /// Uniformly distributed.
@@ -90,6 +96,7 @@ pub enum Random {
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(expecting = "a table [load]")]
 #[serde(deny_unknown_fields)]
 pub struct LoadTable {
@@ -99,6 +106,7 @@ pub struct LoadTable {
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "three numbers, or a list of knots [t, x, y, z], are needed")]
 pub enum LoadValue {
     Constant(Numbers<3>),
@@ -107,6 +115,7 @@ pub enum LoadValue {
 
 /// Solver of contact steps and its settings; `None` for a setting that is not given.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(expecting = "a table [solver]")]
 #[serde(deny_unknown_fields)]
 pub struct SolverTable {

@@ -12,6 +12,7 @@ use tumble_core::simulation::JOINT_AT_THE_START;
 use tumble_model::fields::{Exactly, Numbers};
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
     deny_unknown_fields,
     expecting = "a table [[driven]], body = \"…\" with times and positions, or velocity and spin"
@@ -32,6 +33,7 @@ pub struct DrivenEntry {
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
     deny_unknown_fields,
     expecting = "{ of = \"…\", velocity = [x, y, z] } or { of = \"…\", axis = [x, y, z], factor = … }"
@@ -49,6 +51,7 @@ pub struct SurfaceEntry {
 
 /// Prescribed motion of a frame in the world: piecewise linear, then with constant velocity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CourseModel {
     /// Times of the knots (s).
     pub times: Vec<f64>,

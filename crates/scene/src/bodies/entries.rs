@@ -22,6 +22,7 @@ use tumble_model::shown;
 macro_rules! with_form {
     ($name:ident, $expected:literal { $($(#[$meta:meta])* $field:ident: $type:ty,)* }) => {
         #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
         #[serde(deny_unknown_fields, expecting = $expected)]
         pub struct $name {
             #[serde(rename = "box")]
@@ -126,6 +127,7 @@ with_form!(PieceEntry, "a piece, { box = …, position = …, attitude = … }" 
 
 /// Visual shape of a body: that of another body, or parts.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "the name of a body, or a list of parts, is needed")]
 pub enum LookValue {
     Of(String),
@@ -134,6 +136,7 @@ pub enum LookValue {
 
 /// Mesh: the name of a file, or triangles.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "a file name, or { vertices = …, triangles = … }, is needed")]
 pub enum MeshValue {
     File(String),
@@ -149,6 +152,7 @@ impl MeshValue {
 
 /// Triangles, which need not form a closed surface where they are only visual.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
     deny_unknown_fields,
     expecting = "{ vertices = [[x, y, z], …], triangles = [[i, j, k], …] }"
@@ -186,6 +190,7 @@ impl SurfaceTable {
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, expecting = "{ between = [\"…\", \"…\"], coefficient = … }")]
 pub struct PairEntry {
     pub between: Exactly<String, 2>,
@@ -193,6 +198,7 @@ pub struct PairEntry {
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, expecting = "{ between = [\"…\", \"…\"] }")]
 pub struct ApartEntry {
     pub between: Exactly<String, 2>,
@@ -200,6 +206,7 @@ pub struct ApartEntry {
 
 /// Capsule or cylinder.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, expecting = "{ length = …, radius = … }")]
 pub struct TubeTable {
     pub length: f64,
@@ -207,6 +214,7 @@ pub struct TubeTable {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, expecting = "{ height = …, radius = … }")]
 pub struct ConeTable {
     pub height: f64,
@@ -214,6 +222,7 @@ pub struct ConeTable {
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, expecting = "{ count = [x, y, z], step = [x, y, z] }")]
 pub struct CopiesTable {
     pub count: Exactly<u32, 3>,
@@ -221,6 +230,7 @@ pub struct CopiesTable {
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, expecting = "{ count = …, degrees = …, … }")]
 pub struct RingTable {
     pub count: u32,
@@ -231,6 +241,7 @@ pub struct RingTable {
 
 /// Attitude: random, a quaternion, or a rotation about an axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
     untagged,
     expecting = "\"random\", four numbers (w, x, y, z) or { axis = [x, y, z], degrees = … } are \
@@ -249,6 +260,7 @@ pub enum AttitudeEntry {
 
 /// Unit quaternion w, x, y, z as a run had it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ExactTable {
     exactly: Numbers<4>,
@@ -256,6 +268,7 @@ pub struct ExactTable {
 
 /// Rotation about an axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct AxisTable {
     axis: Numbers<3>,
@@ -263,6 +276,7 @@ pub struct AxisTable {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "one number or three are needed")]
 pub enum Jitter {
     Same(f64),

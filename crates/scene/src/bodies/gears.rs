@@ -9,6 +9,7 @@ use tumble_model::joint::JointKind;
 pub const MOST_GEARS: usize = 10_000;
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, expecting = "{ joints = [\"…\", \"…\"], ratio = …, … }")]
 pub struct GearEntry {
     pub joints: Vec<String>,

@@ -42,6 +42,7 @@ with_coefficients!(table, f64, TerrainEntry, "a table [[terrain]]" {
 
 /// Heights of a field.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
     untagged,
     expecting = "rows of numbers, or the name of a file that ends in .png, .npy or .csv, are needed"
@@ -54,6 +55,7 @@ pub enum HeightsEntry {
 
 /// Heights as little-endian bytes, compressed by deflate, in Base64. The Python package writes them.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct PackedTable {
     columns: usize,
@@ -61,6 +63,7 @@ pub struct PackedTable {
 }
 
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "one number or two are needed")]
 pub enum SpacingEntry {
     Same(f64),
@@ -69,6 +72,7 @@ pub enum SpacingEntry {
 
 /// Triangles, listed.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
     deny_unknown_fields,
     expecting = "{ vertices = [[x, y, z], …], triangles = [[i, j, k], …] }"
@@ -80,6 +84,7 @@ pub struct TrianglesTable {
 
 /// Vertices (m), or packed numbers of 8 bytes.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "a list of [x, y, z] is needed")]
 pub enum VerticesEntry {
     Packed(String),
@@ -88,6 +93,7 @@ pub enum VerticesEntry {
 
 /// Indices of vertices, or packed numbers of 4 bytes.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "a list of [i, j, k] is needed")]
 pub enum TrianglesEntry {
     Packed(String),

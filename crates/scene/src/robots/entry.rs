@@ -22,6 +22,7 @@ use tumble_robot::{LARGEST_FILE, LinkFrame, MeshPieces, Reading, read};
 const USUAL_FRICTION: f64 = 1.0;
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, expecting = "a table [[robots]]")]
 pub struct RobotEntry {
     file: String,

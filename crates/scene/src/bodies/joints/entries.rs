@@ -32,12 +32,14 @@ macro_rules! with_drive {
 with_drive!(
     /// Fields of a drive.
     #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+    #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
     #[serde(expecting = "{ limits = [low, high], friction = …, … }")]
     DriveEntry {}
 );
 
 with_drive!(
     #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+    #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
     #[serde(expecting = "a table [[joints]]")]
     JointEntry {
         name: Option<String>,
@@ -70,6 +72,7 @@ with_drive!(
 );
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "one name of a body or two, [\"…\", \"…\"], are needed")]
 pub enum BodyNames {
     One(String),

@@ -5,6 +5,7 @@ use tumble_core::joint::Motor;
 use tumble_model::joint::JointKind;
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
     deny_unknown_fields,
     expecting = "{ joint = \"…\", speed = …, max_force = … } or { joint = \"…\", position = …, \
@@ -59,6 +60,7 @@ impl MotorEntry {
 
 /// Control law of a motor, on any axis.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
     deny_unknown_fields,
     expecting = "{ speed = …, max_force = … } or { position = …, stiffness = …, max_force = … }"
