@@ -5,6 +5,7 @@ use schemars::Schema;
 use schemars::generate::SchemaSettings;
 use schemars::transform::RecursiveTransform;
 use serde_json::Value;
+use std::mem;
 
 impl Document {
     /// JSON Schema (draft 2020-12) of scenario files: their fields, types and descriptions.
@@ -17,15 +18,24 @@ impl Document {
     }
 }
 
-/// Removes null, which TOML does not have, as a type or default.
+/// Removes null, which TOML does not have, from the types and defaults of optional fields.
 fn remove_null(schema: &mut Schema) {
     if schema.get("default") == Some(&Value::Null) {
         schema.remove("default");
     }
-    if let Some(Value::Array(types)) = schema.get_mut("type") {
-        types.retain(|name| name != "null");
+    if let Some(Value::Array(types)) = schema.get("type")
+        && let Some(name) = types.iter().find(|name| *name != "null").cloned()
+    {
+        schema.insert("type".to_owned(), name);
     }
-    if let Some(Value::Array(forms)) = schema.get_mut("anyOf") {
+    if let Some(Value::Array(mut forms)) = schema.remove("anyOf") {
         forms.retain(|form| form["type"] != "null");
+        match &mut forms[..] {
+            [Value::Object(form)] => {
+                form.append(schema.ensure_object());
+                *schema = mem::take(form).into();
+            }
+            _ => drop(schema.insert("anyOf".to_owned(), Value::Array(forms))),
+        }
     }
 }

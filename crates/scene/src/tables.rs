@@ -17,11 +17,16 @@ use tumble_model::fields::{Exactly, Numbers, matrix, numbers};
 #[serde(expecting = "a table [body]")]
 #[serde(deny_unknown_fields)]
 pub struct BodyTable {
+    /// Sides of a box (m): one number, a cube, or three.
     #[serde(rename = "box")]
     sides: Option<Sides>,
+    /// Points that can touch (m), body frame.
     points: Option<Vec<Numbers<3>>>,
+    /// True for one point in the centre of mass.
     point_mass: Option<bool>,
+    /// Mass (kg).
     mass: f64,
+    /// Inertia (kg m²), body frame.
     inertia: Option<InertiaValue>,
 }
 
@@ -61,13 +66,21 @@ pub enum SolidInertia {
 }
 
 with_coefficients!(table, f64, GroundTable, "a table [ground]" {
+    /// Coefficient of friction.
     friction: f64,
+    /// Largest slip with static friction (m/s), or its share over the slip.
     stick_speed: Option<StickSpeed>,
+    /// Coefficient of restitution.
     restitution: Option<f64>,
+    /// Speed below which approaches do not bounce (m/s).
     rebound_speed: Option<f64>,
+    /// Angle by which the plane descends towards +x (degrees).
     slope: Option<f64>,
+    /// Normal of the plane, instead of a slope.
     normal: Option<Numbers<3>>,
+    /// Distance of the plane from the origin along its normal (m).
     offset: Option<f64>,
+    /// True for a world without a ground.
     none: Option<bool>,
 });
 
@@ -76,10 +89,15 @@ with_coefficients!(table, f64, GroundTable, "a table [ground]" {
 #[serde(expecting = "a table [start]")]
 #[serde(deny_unknown_fields)]
 pub struct StartTable {
+    /// Position of the centre of mass (m).
     position: Numbers<3>,
+    /// Attitude.
     attitude: Option<AttitudeEntry>,
+    /// Velocity of the centre of mass (m/s).
     velocity: Option<Numbers<3>>,
+    /// Angular velocity (rad/s), body frame.
     spin: Option<Numbers<3>>,
+    /// Frame of position, attitude and velocity.
     frame: Option<StartFrame>,
 }
 
@@ -100,8 +118,11 @@ pub enum Random {
 #[serde(expecting = "a table [load]")]
 #[serde(deny_unknown_fields)]
 pub struct LoadTable {
+    /// Force (N), world frame.
     force: Option<LoadValue>,
+    /// Torque (N m), body frame.
     torque: Option<LoadValue>,
+    /// Point of action of the force (m), body frame.
     at: Option<Numbers<3>>,
 }
 

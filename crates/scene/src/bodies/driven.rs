@@ -18,13 +18,21 @@ use tumble_model::fields::{Exactly, Numbers};
     expecting = "a table [[driven]], body = \"…\" with times and positions, or velocity and spin"
 )]
 pub struct DrivenEntry {
+    /// Name of the joint that drives the body.
     name: Option<String>,
+    /// Name of the body.
     body: String,
+    /// Times of the knots (s).
     times: Option<Vec<f64>>,
+    /// Position at each time (m), world frame.
     positions: Option<Vec<Numbers<3>>>,
+    /// Attitude at each time.
     attitudes: Option<Vec<AttitudeEntry>>,
+    /// Velocity after the last time (m/s), world frame.
     velocity: Option<Numbers<3>>,
+    /// Angular velocity after the last time (rad/s), world frame.
     spin: Option<Numbers<3>>,
+    /// Centre of the rotation (m), world frame.
     about: Option<Numbers<3>>,
     /// Frames in the body, from its centre of mass, and in the world, as a run has them.
     frames: Option<Exactly<Place, 2>>,

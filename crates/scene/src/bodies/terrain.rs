@@ -19,21 +19,32 @@ use tumble_model::shown;
 const LARGEST_FILE: u64 = 1 << 29;
 
 with_coefficients!(table, f64, TerrainEntry, "a table [[terrain]]" {
+    /// Heights of a grid (m).
     heights: Option<HeightsEntry>,
+    /// Distance of columns and rows (m).
     spacing: Option<SpacingEntry>,
+    /// File of a surface.
     mesh: Option<String>,
+    /// Triangles of a surface.
     #[serde(default, deserialize_with = "table_if_any")]
     surface: Option<TrianglesTable>,
+    /// Factor of the heights, or of all lengths of a surface.
     scale: Option<f64>,
+    /// Position (m).
     position: Option<Numbers<3>>,
     /// Place of the first height, instead of the middle of the field.
     corner: Option<Numbers<3>>,
+    /// Attitude.
     attitude: Option<AttitudeEntry>,
     /// Rows of the rotation matrix, as a run has it.
     turned: Option<Exactly<Numbers<3>, 3>>,
+    /// Name.
     name: Option<String>,
+    /// Coefficient of friction.
     friction: Option<f64>,
+    /// Collision groups.
     groups: Option<Vec<String>>,
+    /// Collision groups that it collides with.
     collides_with: Option<Vec<String>>,
     /// Terrain of an entry in exact form.
     #[serde(skip)]
@@ -58,7 +69,9 @@ pub enum HeightsEntry {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct PackedTable {
+    /// Number of columns.
     columns: usize,
+    /// Heights.
     packed: String,
 }
 
@@ -78,7 +91,9 @@ pub enum SpacingEntry {
     expecting = "{ vertices = [[x, y, z], …], triangles = [[i, j, k], …] }"
 )]
 pub struct TrianglesTable {
+    /// Vertices (m).
     vertices: VerticesEntry,
+    /// Indices of the vertices of each triangle.
     triangles: TrianglesEntry,
 }
 

@@ -12,12 +12,19 @@ use tumble_model::joint::JointKind;
                  stiffness = …, … }"
 )]
 pub struct MotorEntry {
+    /// Name of the joint.
     pub joint: String,
+    /// Axis of a joint with several.
     axis: Option<String>,
+    /// Target speed (m/s or rad/s).
     speed: Option<f64>,
+    /// Target coordinate (m or rad).
     position: Option<f64>,
+    /// Stiffness towards the target coordinate (N/m or N m/rad).
     stiffness: Option<f64>,
+    /// Damping (N s/m or N m s/rad).
     damping: Option<f64>,
+    /// Largest force or torque (N or N m).
     max_force: f64,
 }
 
@@ -66,10 +73,15 @@ impl MotorEntry {
     expecting = "{ speed = …, max_force = … } or { position = …, stiffness = …, max_force = … }"
 )]
 pub struct MotorFields {
+    /// Target speed (m/s or rad/s).
     speed: Option<f64>,
+    /// Target coordinate (m or rad).
     position: Option<f64>,
+    /// Stiffness towards the target coordinate (N/m or N m/rad).
     stiffness: Option<f64>,
+    /// Damping (N s/m or N m s/rad).
     damping: Option<f64>,
+    /// Largest force or torque (N or N m).
     max_force: f64,
 }
 
