@@ -33,6 +33,7 @@ mod results;
 mod run;
 mod scenario;
 mod scene;
+mod schema;
 mod signals;
 mod simulate;
 mod stands;
@@ -74,6 +75,7 @@ fn run() -> Result<Outcome, Failure> {
         Some(Command::Plot(args)) => plot::run(&args),
         Some(Command::View(args)) => view::run(&args),
         Some(Command::Plan(args)) => plan::run(&args),
+        Some(Command::Schema) => schema::run(),
         Some(Command::Completions(args)) => completions::run(&args),
     }
 }

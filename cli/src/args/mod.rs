@@ -51,6 +51,10 @@ Examples:
 
 Exit codes: 0 done; 2 bad input; 3 a step is failed or wild; 130 interrupted; 1 any other error.";
 
+const SCHEMA_EXAMPLE: &str = "\
+Example: tumble schema > scene.schema.json
+A scene names it in its first line: #:schema ./scene.schema.json";
+
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Simulate a scenario file, a robot or the tutorial's cube.
@@ -79,6 +83,9 @@ pub enum Command {
     ///
     /// Writes OUT/controls.csv, OUT/plan.json and the simulated run.
     Plan(PlanArgs),
+    /// Print the JSON Schema of scenario files, by which an editor completes and checks them.
+    #[command(after_help = SCHEMA_EXAMPLE)]
+    Schema,
     /// Print a completion script for a shell.
     Completions(CompletionsArgs),
 }

@@ -45,6 +45,7 @@ mod row_selection;
 mod run_file_checks;
 mod scenario;
 mod scenes;
+mod schema;
 mod simulate;
 mod slips;
 mod stands;

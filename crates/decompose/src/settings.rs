@@ -5,6 +5,7 @@ use tumble_core::error::{Error, in_range};
 
 /// Settings of a decomposition: at most 32 pieces, 64 voxels, a concavity of 0.002 by default.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default, deny_unknown_fields, expecting = "{ pieces = …, resolution = …, concavity = … }")]
 #[non_exhaustive]
 pub struct DecompositionSettings {

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// RGB colour, written `"#rrggbb"`; scenario files also accept the names in `NAMED`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(try_from = "String", into = "String")]
 pub struct Colour(pub [u8; 3]);
 
@@ -53,6 +54,7 @@ impl From<Colour> for String {
 
 /// Text shown next to a body in pictures: one line.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(try_from = "String", into = "String")]
 pub struct BodyLabel(pub String);
 

@@ -5,6 +5,8 @@ use nalgebra::{Matrix3, Vector3};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{DeserializeOwned, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Serialize, Serializer};
+#[cfg(feature = "schema")]
+use std::borrow::Cow;
 use std::fmt;
 use std::marker::PhantomData;
 
@@ -25,6 +27,7 @@ pub type Numbers<const N: usize> = Exactly<f64, N>;
 
 /// Gravitational acceleration (m/s²): one number (downwards) or a vector.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "a number (downwards) or three are needed")]
 pub enum Gravity {
     /// Magnitude along −z.
@@ -52,6 +55,22 @@ pub fn numbers(vector: &Vector3<f64>) -> Numbers<3> {
 /// Matrix from the rows in a file.
 pub fn matrix(rows: &Exactly<Numbers<3>, 3>) -> Matrix3<f64> {
     Matrix3::from_fn(|row, column| rows.0[row].0[column])
+}
+
+#[cfg(feature = "schema")]
+impl<T: schemars::JsonSchema, const N: usize> schemars::JsonSchema for Exactly<T, N> {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        format!("{N}_of_{}", T::schema_name()).into()
+    }
+
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        let items = generator.subschema_for::<T>();
+        schemars::json_schema!({ "type": "array", "items": items, "minItems": N, "maxItems": N })
+    }
 }
 
 impl<T: Serialize, const N: usize> Serialize for Exactly<T, N> {

@@ -5,6 +5,7 @@ use tumble_core::joint::{Axis, Drive};
 
 /// Type of a joint: the set of its free axes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum JointKind {
     /// Rotation about the axis.

@@ -53,6 +53,7 @@ pub type MeshPieces = BTreeMap<String, PiecesOfMesh>;
 
 /// Source of the convex pieces of a mesh.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
     untagged,
     expecting = "a list of files or { pieces = …, resolution = …, concavity = … } is needed"

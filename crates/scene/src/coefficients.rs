@@ -46,6 +46,7 @@ macro_rules! table {
     ($name:ident, $expected:literal { $($(#[$meta:meta])* $field:ident: $type:ty,)* }) => {
         #[doc = concat!("Fields of ", $expected, ".")]
         #[derive(Debug, Clone, Default, Serialize, Deserialize)]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
         #[serde(deny_unknown_fields, expecting = $expected)]
         pub struct $name {
             $($(#[$meta])* pub $field: $type,)*

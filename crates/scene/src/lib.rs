@@ -29,6 +29,8 @@ pub mod row_selection;
 pub mod run_file;
 pub mod scene;
 mod scene_text;
+#[cfg(feature = "schema")]
+mod schema;
 pub mod settings;
 pub mod solver_choice;
 #[cfg(feature = "statics")]

@@ -13,18 +13,25 @@ use tumble_core::world::{Plane, StickSpeed};
 use tumble_model::fields::{Exactly, Numbers, matrix, numbers};
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(expecting = "a table [body]")]
 #[serde(deny_unknown_fields)]
 pub struct BodyTable {
+    /// Sides of a box (m): one number, a cube, or three.
     #[serde(rename = "box")]
     sides: Option<Sides>,
+    /// Points that can touch (m), body frame.
     points: Option<Vec<Numbers<3>>>,
+    /// True for one point in the centre of mass.
     point_mass: Option<bool>,
+    /// Mass (kg).
     mass: f64,
+    /// Inertia (kg m²), body frame.
     inertia: Option<InertiaValue>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "one number (a cube) or three are needed")]
 pub enum Sides {
     Cube(f64),
@@ -33,6 +40,7 @@ pub enum Sides {
 
 /// Inertia of a body (kg m²).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
     untagged,
     expecting = "\"solid\", one number, three (diagonal) or a 3 × 3 matrix are needed"
@@ -50,6 +58,7 @@ pub enum InertiaValue {
 
 /// Inertia of the solid shape.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum SolidInertia {
     /// Uniform density.
@@ -57,29 +66,44 @@ pub enum SolidInertia {
 }
 
 with_coefficients!(table, f64, GroundTable, "a table [ground]" {
+    /// Coefficient of friction.
     friction: f64,
+    /// Largest slip with static friction (m/s), or its share over the slip.
     stick_speed: Option<StickSpeed>,
+    /// Coefficient of restitution.
     restitution: Option<f64>,
+    /// Speed below which approaches do not bounce (m/s).
     rebound_speed: Option<f64>,
+    /// Angle by which the plane descends towards +x (degrees).
     slope: Option<f64>,
+    /// Normal of the plane, instead of a slope.
     normal: Option<Numbers<3>>,
+    /// Distance of the plane from the origin along its normal (m).
     offset: Option<f64>,
+    /// True for a world without a ground.
     none: Option<bool>,
 });
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(expecting = "a table [start]")]
 #[serde(deny_unknown_fields)]
 pub struct StartTable {
+    /// Position of the centre of mass (m).
     position: Numbers<3>,
+    /// Attitude.
     attitude: Option<AttitudeEntry>,
+    /// Velocity of the centre of mass (m/s).
     velocity: Option<Numbers<3>>,
+    /// Angular velocity (rad/s), body frame.
     spin: Option<Numbers<3>>,
+    /// Frame of position, attitude and velocity.
     frame: Option<StartFrame>,
 }
 
 /// Random attitude.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Random {
     /// Uniformly distributed.
@@ -90,15 +114,20 @@ pub enum Random {
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(expecting = "a table [load]")]
 #[serde(deny_unknown_fields)]
 pub struct LoadTable {
+    /// Force (N), world frame.
     force: Option<LoadValue>,
+    /// Torque (N m), body frame.
     torque: Option<LoadValue>,
+    /// Point of action of the force (m), body frame.
     at: Option<Numbers<3>>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "three numbers, or a list of knots [t, x, y, z], are needed")]
 pub enum LoadValue {
     Constant(Numbers<3>),
@@ -107,6 +136,7 @@ pub enum LoadValue {
 
 /// Solver of contact steps and its settings; `None` for a setting that is not given.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(expecting = "a table [solver]")]
 #[serde(deny_unknown_fields)]
 pub struct SolverTable {

@@ -25,6 +25,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 /// Zero and sense of a gimbal's middle angle: `sign` (γ − `zero`) of (J13).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(any(feature = "save", feature = "serde"), derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Middle {
     /// True if the middle angle counts −γ.
     pub backwards: bool,

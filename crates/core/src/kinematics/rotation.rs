@@ -41,6 +41,7 @@ use nalgebra::{Matrix3, Vector3};
 /// Integrator of free rotation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Rotation {
     /// P⁺(ω⁺) = P⁻(ω) + h τ, with a rotation by h ω: conserves angular momentum to rounding, and

@@ -78,6 +78,7 @@ impl Parameters {
 /// Meaning of the velocities of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Integrator {
     /// Velocities belong to the ends of steps, as in the tutorial: the implicit Euler method with
@@ -119,6 +120,7 @@ impl Integrator {
 /// When abrupt changes of velocity happen: impacts, ends of slips and stops of joints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Impacts {
     /// Within the step: its velocities have the change from the start.

@@ -13,6 +13,7 @@ const STATIC: Constant = Constant::Coefficient(Coefficient::StaticFriction);
 /// Share of the static coefficient of friction over the slip at the start of a step (eq. 42).
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(
     feature = "serde",
     serde(untagged, expecting = "a slip or a table [[slip, share], …] is needed")

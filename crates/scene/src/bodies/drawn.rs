@@ -18,6 +18,7 @@ const SAME: f64 = 1e-12;
 /// The bodies use the draws of a seed in their order. Each body draws its attitude first, then the
 /// coordinates with jitter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DrawnModel {
     /// Position of the shape's frame (m).
     pub position: [f64; 3],

@@ -12,18 +12,27 @@ use tumble_core::simulation::JOINT_AT_THE_START;
 use tumble_model::fields::{Exactly, Numbers};
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
     deny_unknown_fields,
     expecting = "a table [[driven]], body = \"…\" with times and positions, or velocity and spin"
 )]
 pub struct DrivenEntry {
+    /// Name of the joint that drives the body.
     name: Option<String>,
+    /// Name of the body.
     body: String,
+    /// Times of the knots (s).
     times: Option<Vec<f64>>,
+    /// Position at each time (m), world frame.
     positions: Option<Vec<Numbers<3>>>,
+    /// Attitude at each time.
     attitudes: Option<Vec<AttitudeEntry>>,
+    /// Velocity after the last time (m/s), world frame.
     velocity: Option<Numbers<3>>,
+    /// Angular velocity after the last time (rad/s), world frame.
     spin: Option<Numbers<3>>,
+    /// Centre of the rotation (m), world frame.
     about: Option<Numbers<3>>,
     /// Frames in the body, from its centre of mass, and in the world, as a run has them.
     frames: Option<Exactly<Place, 2>>,
@@ -32,6 +41,7 @@ pub struct DrivenEntry {
 }
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
     deny_unknown_fields,
     expecting = "{ of = \"…\", velocity = [x, y, z] } or { of = \"…\", axis = [x, y, z], factor = … }"
@@ -49,6 +59,7 @@ pub struct SurfaceEntry {
 
 /// Prescribed motion of a frame in the world: piecewise linear, then with constant velocity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct CourseModel {
     /// Times of the knots (s).
     pub times: Vec<f64>,

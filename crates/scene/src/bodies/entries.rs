@@ -22,22 +22,34 @@ use tumble_model::shown;
 macro_rules! with_form {
     ($name:ident, $expected:literal { $($(#[$meta:meta])* $field:ident: $type:ty,)* }) => {
         #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+        #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
         #[serde(deny_unknown_fields, expecting = $expected)]
         pub struct $name {
+            /// Sides of a box (m): one number, a cube, or three.
             #[serde(rename = "box")]
             pub cuboid: Option<Sides>,
+            /// Radius of a sphere (m).
             pub sphere: Option<f64>,
+            /// Capsule along z.
             #[serde(default, deserialize_with = "table_if_any")]
             pub capsule: Option<TubeTable>,
+            /// Cylinder along z.
             #[serde(default, deserialize_with = "table_if_any")]
             pub cylinder: Option<TubeTable>,
+            /// Cone along z; the origin is halfway between base and apex.
             #[serde(default, deserialize_with = "table_if_any")]
             pub cone: Option<ConeTable>,
+            /// Half axes of an ellipsoid (m).
             pub ellipsoid: Option<Numbers<3>>,
+            /// Points of a convex hull (m).
             pub hull: Option<Vec<Numbers<3>>>,
+            /// Closed mesh.
             pub mesh: Option<MeshValue>,
+            /// Metres per unit of a mesh file.
             pub scale: Option<f64>,
+            /// Rounding radius of a hull or mesh (m).
             pub radius: Option<f64>,
+            /// Number of corners on which a flat end of a cylinder, cone or ellipsoid stands.
             pub sides: Option<usize>,
             $($(#[$meta])* pub $field: $type,)*
         }
@@ -65,53 +77,92 @@ macro_rules! with_form {
 }
 
 with_coefficients!(with_form, f64, BodyEntry, "a table [[bodies]]" {
+    /// Name.
     name: Option<String>,
+    /// Name of an earlier body with the same shape, as a run has it.
     shape: Option<String>,
+    /// Points that touch only planes (m), from the centre of mass.
     points: Option<Vec<Numbers<3>>>,
+    /// True for one point in the centre of mass.
     point_mass: Option<bool>,
+    /// Convex pieces.
     pieces: Option<Vec<PieceEntry>>,
+    /// Mass (kg).
     mass: Option<f64>,
+    /// Density (kg/m³).
     density: Option<f64>,
+    /// Inertia about the centre of mass (kg m²).
     inertia: Option<InertiaValue>,
+    /// Centre of mass in the shape's frame (m).
     centre: Option<Numbers<3>>,
+    /// Coefficient of friction.
     friction: Option<f64>,
+    /// Coefficient of restitution.
     restitution: Option<f64>,
+    /// False for a body without contacts.
     touches: Option<bool>,
+    /// Collision groups.
     groups: Option<Vec<String>>,
+    /// Collision groups that it collides with.
     collides_with: Option<Vec<String>>,
+    /// Position of the shape's origin (m).
     position: Numbers<3>,
+    /// Attitude.
     attitude: Option<AttitudeEntry>,
+    /// Velocity of the centre of mass (m/s).
     velocity: Option<Numbers<3>>,
+    /// Angular velocity (rad/s), body frame.
     spin: Option<Numbers<3>>,
+    /// Frame of position, attitude, velocity and copies.
     frame: Option<StartFrame>,
+    /// Largest random offset of the position (m).
     jitter: Option<Jitter>,
+    /// Copies in a grid.
     #[serde(default, deserialize_with = "table_if_any")]
     copies: Option<CopiesTable>,
+    /// Copies in a ring.
     #[serde(default, deserialize_with = "table_if_any")]
     ring: Option<RingTable>,
+    /// External force and torque.
     #[serde(default, deserialize_with = "table_if_any")]
     load: Option<LoadTable>,
+    /// Colour in pictures.
     colour: Option<Colour>,
+    /// Text above the body in pictures.
     label: Option<BodyLabel>,
+    /// Start before the draws of its seed, as a run has it.
     drawn: Option<DrawnModel>,
+    /// Shape in pictures.
     look: Option<LookValue>,
+    /// Decomposition of the mesh into convex pieces.
     #[serde(default, deserialize_with = "table_if_any")]
     decompose: Option<DecompositionSettings>,
 });
 
 with_coefficients!(with_form, f64, FixedEntry, "a table [[fixed]]" {
+    /// Name.
     name: Option<String>,
+    /// Convex pieces.
     pieces: Option<Vec<PieceEntry>>,
+    /// Coefficient of friction.
     friction: Option<f64>,
+    /// Collision groups.
     groups: Option<Vec<String>>,
+    /// Collision groups that it collides with.
     collides_with: Option<Vec<String>>,
+    /// Position of the shape's origin (m).
     position: Option<Numbers<3>>,
+    /// Attitude.
     attitude: Option<AttitudeEntry>,
+    /// Frame of position, attitude and copies.
     frame: Option<StartFrame>,
+    /// Copies in a grid.
     #[serde(default, deserialize_with = "table_if_any")]
     copies: Option<CopiesTable>,
+    /// Copies in a ring.
     #[serde(default, deserialize_with = "table_if_any")]
     ring: Option<RingTable>,
+    /// Decomposition of the mesh into convex pieces.
     #[serde(default, deserialize_with = "table_if_any")]
     decompose: Option<DecompositionSettings>,
 });
@@ -120,12 +171,15 @@ with_form!(PieceEntry, "a piece, { box = …, position = …, attitude = … }" 
     /// Triangles of a look, which need not be convex.
     #[serde(default, deserialize_with = "table_if_any")]
     surface: Option<SurfaceTable>,
+    /// Position in the object's frame (m).
     position: Option<Numbers<3>>,
+    /// Attitude in the object's frame.
     attitude: Option<AttitudeEntry>,
 });
 
 /// Visual shape of a body: that of another body, or parts.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "the name of a body, or a list of parts, is needed")]
 pub enum LookValue {
     Of(String),
@@ -134,6 +188,7 @@ pub enum LookValue {
 
 /// Mesh: the name of a file, or triangles.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "a file name, or { vertices = …, triangles = … }, is needed")]
 pub enum MeshValue {
     File(String),
@@ -149,12 +204,15 @@ impl MeshValue {
 
 /// Triangles, which need not form a closed surface where they are only visual.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
     deny_unknown_fields,
     expecting = "{ vertices = [[x, y, z], …], triangles = [[i, j, k], …] }"
 )]
 pub struct SurfaceTable {
+    /// Vertices (m).
     pub vertices: Vec<Numbers<3>>,
+    /// Indices of the vertices of each triangle, counter-clockwise seen from outside.
     pub triangles: Vec<Exactly<usize, 3>>,
     /// Colour in pictures; default from the body.
     pub colour: Option<Colour>,
@@ -186,51 +244,71 @@ impl SurfaceTable {
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, expecting = "{ between = [\"…\", \"…\"], coefficient = … }")]
 pub struct PairEntry {
+    /// Names of both objects, or `ground`.
     pub between: Exactly<String, 2>,
+    /// Coefficient of the pair.
     pub coefficient: f64,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, expecting = "{ between = [\"…\", \"…\"] }")]
 pub struct ApartEntry {
+    /// Names of both objects, or `ground`.
     pub between: Exactly<String, 2>,
 }
 
 /// Capsule or cylinder.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, expecting = "{ length = …, radius = … }")]
 pub struct TubeTable {
+    /// Length (m); of a capsule, between the centres of its ends.
     pub length: f64,
+    /// Radius (m).
     pub radius: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, expecting = "{ height = …, radius = … }")]
 pub struct ConeTable {
+    /// Height (m).
     pub height: f64,
+    /// Radius of the base (m).
     pub radius: f64,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, expecting = "{ count = [x, y, z], step = [x, y, z] }")]
 pub struct CopiesTable {
+    /// Number of copies along x, y and z.
     pub count: Exactly<u32, 3>,
+    /// Distances of the copies (m).
     pub step: Numbers<3>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, expecting = "{ count = …, degrees = …, … }")]
 pub struct RingTable {
+    /// Number of copies.
     pub count: u32,
+    /// Angle from one copy to the next (degrees).
     pub degrees: f64,
+    /// Axis of the rotation.
     pub axis: Option<Numbers<3>>,
+    /// Point on the axis (m).
     pub about: Option<Numbers<3>>,
 }
 
 /// Attitude: random, a quaternion, or a rotation about an axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
     untagged,
     expecting = "\"random\", four numbers (w, x, y, z) or { axis = [x, y, z], degrees = … } are \
@@ -249,20 +327,26 @@ pub enum AttitudeEntry {
 
 /// Unit quaternion w, x, y, z as a run had it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ExactTable {
+    /// Quaternion that is not normalised.
     exactly: Numbers<4>,
 }
 
 /// Rotation about an axis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct AxisTable {
+    /// Axis of the rotation.
     axis: Numbers<3>,
+    /// Angle (degrees).
     degrees: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "one number or three are needed")]
 pub enum Jitter {
     Same(f64),

@@ -9,13 +9,20 @@ use tumble_model::joint::JointKind;
 pub const MOST_GEARS: usize = 10_000;
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, expecting = "{ joints = [\"…\", \"…\"], ratio = …, … }")]
 pub struct GearEntry {
+    /// Names of the follower and of the leader.
     pub joints: Vec<String>,
+    /// Axis of each joint.
     axes: Option<Vec<String>>,
+    /// Ratio of the coordinates.
     ratio: Option<f64>,
+    /// Offset of the first coordinate (m or rad).
     offset: Option<f64>,
+    /// Force on the relation instead of the exact one.
     drive: Option<DriveEntry>,
+    /// Motor on the relation.
     motor: Option<MotorFields>,
 }
 

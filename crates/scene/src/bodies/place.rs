@@ -7,6 +7,7 @@ use tumble_core::mechanics::quaternion::rotation;
 
 /// Position and attitude of an object in an outer frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Place {
     /// Position (m).
     pub position: [f64; 3],

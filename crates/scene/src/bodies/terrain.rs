@@ -19,21 +19,32 @@ use tumble_model::shown;
 const LARGEST_FILE: u64 = 1 << 29;
 
 with_coefficients!(table, f64, TerrainEntry, "a table [[terrain]]" {
+    /// Name.
     name: Option<String>,
+    /// Heights of a grid (m).
     heights: Option<HeightsEntry>,
+    /// Distance of columns and rows (m).
     spacing: Option<SpacingEntry>,
+    /// File of a surface.
     mesh: Option<String>,
+    /// Triangles of a surface.
     #[serde(default, deserialize_with = "table_if_any")]
     surface: Option<TrianglesTable>,
+    /// Factor of the heights, or of all lengths of a surface.
     scale: Option<f64>,
+    /// Position (m).
     position: Option<Numbers<3>>,
     /// Place of the first height, instead of the middle of the field.
     corner: Option<Numbers<3>>,
+    /// Attitude.
     attitude: Option<AttitudeEntry>,
     /// Rows of the rotation matrix, as a run has it.
     turned: Option<Exactly<Numbers<3>, 3>>,
+    /// Coefficient of friction.
     friction: Option<f64>,
+    /// Collision groups.
     groups: Option<Vec<String>>,
+    /// Collision groups that it collides with.
     collides_with: Option<Vec<String>>,
     /// Terrain of an entry in exact form.
     #[serde(skip)]
@@ -42,6 +53,7 @@ with_coefficients!(table, f64, TerrainEntry, "a table [[terrain]]" {
 
 /// Heights of a field.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
     untagged,
     expecting = "rows of numbers, or the name of a file that ends in .png, .npy or .csv, are needed"
@@ -54,13 +66,17 @@ pub enum HeightsEntry {
 
 /// Heights as little-endian bytes, compressed by deflate, in Base64. The Python package writes them.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct PackedTable {
+    /// Number of columns.
     columns: usize,
+    /// Heights.
     packed: String,
 }
 
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "one number or two are needed")]
 pub enum SpacingEntry {
     Same(f64),
@@ -69,17 +85,21 @@ pub enum SpacingEntry {
 
 /// Triangles, listed.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
     deny_unknown_fields,
     expecting = "{ vertices = [[x, y, z], …], triangles = [[i, j, k], …] }"
 )]
 pub struct TrianglesTable {
+    /// Vertices (m).
     vertices: VerticesEntry,
+    /// Indices of the vertices of each triangle.
     triangles: TrianglesEntry,
 }
 
 /// Vertices (m), or packed numbers of 8 bytes.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "a list of [x, y, z] is needed")]
 pub enum VerticesEntry {
     Packed(String),
@@ -88,6 +108,7 @@ pub enum VerticesEntry {
 
 /// Indices of vertices, or packed numbers of 4 bytes.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "a list of [i, j, k] is needed")]
 pub enum TrianglesEntry {
     Packed(String),

@@ -16,14 +16,23 @@ macro_rules! with_drive {
         #[serde(deny_unknown_fields)]
         pub struct $name {
             $($(#[$attribute])* pub $field: $type,)*
+            /// Coordinate at the start (m or rad).
             pub start: Option<f64>,
+            /// Hard stops (m or rad).
             pub limits: Option<Numbers<2>>,
+            /// Dry friction (N or N m).
             pub friction: Option<f64>,
+            /// Static friction (N or N m).
             pub static_friction: Option<f64>,
+            /// Stiffness of a spring (N/m or N m/rad).
             pub stiffness: Option<f64>,
+            /// Rest coordinate of the spring (m or rad).
             pub rest: Option<f64>,
+            /// Damping (N s/m or N m s/rad).
             pub damping: Option<f64>,
+            /// Constant force or torque (N or N m).
             pub force: Option<f64>,
+            /// Inertia of the rotor at the axis (kg or kg m²).
             pub armature: Option<f64>,
         }
     };
@@ -32,44 +41,72 @@ macro_rules! with_drive {
 with_drive!(
     /// Fields of a drive.
     #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+    #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
     #[serde(expecting = "{ limits = [low, high], friction = …, … }")]
     DriveEntry {}
 );
 
 with_drive!(
     #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+    #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
     #[serde(expecting = "a table [[joints]]")]
     JointEntry {
+        /// Name.
         name: Option<String>,
+        /// Type.
         #[serde(rename = "type")]
         kind: JointKind,
+        /// Names of both bodies, or of one that the world holds.
         bodies: BodyNames,
+        /// Frames in both bodies, from their centres of mass, as a run has them.
         frames: Option<Exactly<Place, 2>>,
+        /// Position (m) at the start, world frame.
         anchor: Option<Numbers<3>>,
+        /// Direction of the axis at the start, world frame.
         axis: Option<Numbers<3>>,
+        /// Attitude, instead of an axis, at the start, world frame.
         attitude: Option<AttitudeEntry>,
+        /// Position (m), in the frame of the first body's shape.
         anchor_a: Option<Numbers<3>>,
+        /// Direction of the axis, in the frame of the first body's shape.
         axis_a: Option<Numbers<3>>,
+        /// Attitude, instead of an axis, in the frame of the first body's shape.
         attitude_a: Option<AttitudeEntry>,
+        /// Position (m), in the frame of the second body's shape, or in the world.
         anchor_b: Option<Numbers<3>>,
+        /// Direction of the axis, in the frame of the second body's shape, or in the world.
         axis_b: Option<Numbers<3>>,
+        /// Attitude, instead of an axis, in the frame of the second body's shape, or in the world.
         attitude_b: Option<AttitudeEntry>,
+        /// Half the width of the bearing (m).
         length: Option<f64>,
+        /// Largest angle between the axes of a ball joint (rad).
         cone: Option<f64>,
+        /// Angle about the middle axis of a gimbal.
         middle: Option<Middle>,
+        /// True if the two bodies touch each other.
         collide: Option<bool>,
+        /// Drive along the axis.
         slide: Option<DriveEntry>,
+        /// Drive about the axis.
         turn: Option<DriveEntry>,
+        /// Drive along x.
         x: Option<DriveEntry>,
+        /// Drive along y.
         y: Option<DriveEntry>,
+        /// Drive along z.
         z: Option<DriveEntry>,
+        /// Drive about x.
         turn_x: Option<DriveEntry>,
+        /// Drive about y.
         turn_y: Option<DriveEntry>,
+        /// Drive about z.
         turn_z: Option<DriveEntry>,
     }
 );
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "one name of a body or two, [\"…\", \"…\"], are needed")]
 pub enum BodyNames {
     One(String),

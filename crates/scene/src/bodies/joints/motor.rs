@@ -5,18 +5,26 @@ use tumble_core::joint::Motor;
 use tumble_model::joint::JointKind;
 
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
     deny_unknown_fields,
     expecting = "{ joint = \"…\", speed = …, max_force = … } or { joint = \"…\", position = …, \
                  stiffness = …, … }"
 )]
 pub struct MotorEntry {
+    /// Name of the joint.
     pub joint: String,
+    /// Axis of a joint with several.
     axis: Option<String>,
+    /// Target speed (m/s or rad/s).
     speed: Option<f64>,
+    /// Target coordinate (m or rad).
     position: Option<f64>,
+    /// Stiffness towards the target coordinate (N/m or N m/rad).
     stiffness: Option<f64>,
+    /// Damping (N s/m or N m s/rad).
     damping: Option<f64>,
+    /// Largest force or torque (N or N m).
     max_force: f64,
 }
 
@@ -59,15 +67,21 @@ impl MotorEntry {
 
 /// Control law of a motor, on any axis.
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
     deny_unknown_fields,
     expecting = "{ speed = …, max_force = … } or { position = …, stiffness = …, max_force = … }"
 )]
 pub struct MotorFields {
+    /// Target speed (m/s or rad/s).
     speed: Option<f64>,
+    /// Target coordinate (m or rad).
     position: Option<f64>,
+    /// Stiffness towards the target coordinate (N/m or N m/rad).
     stiffness: Option<f64>,
+    /// Damping (N s/m or N m s/rad).
     damping: Option<f64>,
+    /// Largest force or torque (N or N m).
     max_force: f64,
 }
 
