@@ -219,6 +219,49 @@ fn a_growing_torque_breaks_a_block_away_in_time() {
     }
 }
 
+/// Text of a tray that moves through `places` (m) along x at these times (s), with `speed` at its start.
+fn tray(knots: impl Iterator<Item = (f64, f64)> + Clone, speed: f64) -> String {
+    let times: Vec<f64> = knots.clone().map(|(time, _)| time).collect();
+    let places: Vec<[f64; 3]> = knots.map(|(_, place)| [place, 0.0, 1.0]).collect();
+    format!(
+        "[[bodies]]\nname = \"tray\"\nmass = 1.0\nbox = [2, 2, 0.1]\nposition = [0, 0, 1]\nvelocity = [{speed:?}, 0, 0]\n\
+         [[driven]]\nbody = \"tray\"\ntimes = {times:?}\npositions = {places:?}\n"
+    )
+}
+
+/// A tray turns back within a step, and the block on it slides on: x = v t − ½ μ g (t − t₁)².
+#[test]
+fn a_tray_that_turns_back_leaves_its_block_in_time() {
+    let (speed, turn, end) = (1.3, 0.0925, 0.3);
+    let knots = [(0.0, 0.0), (turn, speed * turn), (1.0, speed * (2.0 * turn - 1.0))];
+    let block =
+        "name = \"b\"\nmass = 1.0\nbox = 0.2\nposition = [0, 0, 1.15]\nvelocity = [1.3, 0, 0]\n";
+    let text =
+        format!("[ground]\nfriction = 0.2\n{}[[bodies]]\n{block}", tray(knots.into_iter(), speed));
+    let exact = speed * end - 0.1 * G * (end - turn).powi(2);
+    for accuracy in [1e-3, 1e-5, 1e-7] {
+        let error = (at(&text, end, accuracy)[1].position.x - exact).abs();
+        assert!(error <= 1e-9, "{accuracy:e}: {error:e}");
+    }
+}
+
+/// A tray with a knot every millisecond does not touch a pendulum, which moves as without it.
+#[test]
+fn a_sampled_motion_changes_nothing_beside_it() {
+    let knots = (0..600).map(|k| (0.001 * f64::from(k), 0.1 - 0.1 * (0.008 * f64::from(k)).cos()));
+    let alone = pendulum();
+    let beside =
+        tray(knots, 0.0).replace("0.0, 1.0]", "5.0, 1.0]").replace("[0, 0, 1]", "[0, 5, 1]")
+            + &alone.split_once("[[bodies]]").map(|(_, rest)| format!("[[bodies]]{rest}")).unwrap();
+    let head = alone.split("[[bodies]]").next().unwrap();
+    for accuracy in [1e-4, 1e-6] {
+        let [alone, beside] =
+            [alone.clone(), format!("{head}{beside}")].map(|text| at(&text, 0.5, accuracy));
+        let apart = (alone[0].position - beside[1].position).norm();
+        assert!(apart < 1e-9, "{accuracy:e}: {apart:e}");
+    }
+}
+
 /// A spring holds a block on a belt of 0.1 m/s. It sticks until k x = μ_s m g; then x = μ g/ω² + A cos ω t + v/ω sin ω t
 /// with A = (μ_s − μ) g/ω².
 #[test]

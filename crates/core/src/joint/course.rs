@@ -2,6 +2,7 @@
 
 use super::JointFrame;
 use crate::error::{Error, all_in_range, in_range};
+use crate::mechanics::load::first_isolated;
 use crate::mechanics::{Polyline, State, trajectory::Trajectory};
 use nalgebra::{Vector3, Vector4};
 
@@ -30,11 +31,10 @@ impl JointLoad {
         line(&self.force) && line(&self.torque)
     }
 
-    /// First time after `time` at which a force jumps (s).
-    pub(crate) fn jump_after(&self, time: f64) -> Option<f64> {
-        let jumps =
-            [&self.force, &self.torque].into_iter().filter_map(|line| line.jump_after(time));
-        jumps.reduce(f64::min)
+    /// First isolated jump of a force within the times `within` (s); see [`first_isolated`].
+    pub(crate) fn jump_in(&self, within: [f64; 2], apart: f64) -> Option<f64> {
+        let lines = [&self.force, &self.torque].into_iter();
+        lines.filter_map(|line| line.jump_in(within, apart)).reduce(f64::min)
     }
 
     /// Flags of the linear and the angular axes on which it acts at any time.
@@ -114,10 +114,10 @@ impl Knots {
         Ok(Self { velocity, spin, ..self })
     }
 
-    /// First time after `time` at which the velocity jumps (s).
-    pub(crate) fn jump_after(&self, time: f64) -> Option<f64> {
-        let next = self.knots.partition_point(|(knot, _)| *knot <= time);
-        self.knots.get(next).map(|(knot, _)| *knot)
+    /// First isolated jump of the velocity within the times `within` (s); see [`first_isolated`].
+    pub(crate) fn jump_in(&self, within: [f64; 2], apart: f64) -> Option<f64> {
+        let first = self.knots.partition_point(|(knot, _)| *knot <= within[0] - apart);
+        first_isolated(self.knots[first..].iter().map(|(knot, _)| *knot), within, apart)
     }
 
     /// Frame at `time` (s).

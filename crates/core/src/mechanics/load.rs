@@ -29,6 +29,25 @@ pub struct Load {
 /// Largest number of knots.
 const MOST_KNOTS: usize = 1_000_000;
 
+/// First of the increasing `times` after `from` and up to `to` (s) from which all others are at least as far as
+/// `apart` (s). The times begin at `from` − `apart`. Knots that are closer are samples of a smooth function.
+pub(crate) fn first_isolated(
+    times: impl Iterator<Item = f64>,
+    [from, to]: [f64; 2],
+    apart: f64,
+) -> Option<f64> {
+    let mut times = times.take_while(|time| *time <= to + apart).peekable();
+    let mut before = f64::NEG_INFINITY;
+    while let Some(time) = times.next() {
+        let next = times.peek().map_or(f64::INFINITY, |next| *next);
+        if (time - before).min(next - time) >= apart && from < time && time <= to {
+            return Some(time);
+        }
+        before = time;
+    }
+    None
+}
+
 impl Polyline {
     /// Creates a constant function.
     ///
@@ -87,11 +106,11 @@ impl Polyline {
         sum / (to - from)
     }
 
-    /// First time of a jump after `time` (s).
-    pub(crate) fn jump_after(&self, time: f64) -> Option<f64> {
-        let next = self.knots.partition_point(|(knot, _)| *knot <= time);
-        let jump = self.knots[next..].windows(2).find(|two| two[0].0 == two[1].0);
-        jump.map(|two| two[0].0)
+    /// First isolated jump within the times `within` (s); see [`first_isolated`].
+    pub(crate) fn jump_in(&self, within: [f64; 2], apart: f64) -> Option<f64> {
+        let first = self.knots.partition_point(|(knot, _)| *knot <= within[0] - apart);
+        let jumps = self.knots[first..].windows(2).filter(|two| two[0].0 == two[1].0);
+        first_isolated(jumps.map(|two| two[0].0), within, apart)
     }
 
     /// Value at `time`, which lies between the knots `next` − 1 and `next`.
@@ -120,11 +139,10 @@ impl Load {
         Ok(Self { force, torque, point })
     }
 
-    /// First time after `time` at which the load jumps (s).
-    pub(crate) fn jump_after(&self, time: f64) -> Option<f64> {
-        let jumps =
-            [&self.force, &self.torque].into_iter().filter_map(|line| line.jump_after(time));
-        jumps.reduce(f64::min)
+    /// First isolated jump within the times `within` (s); see [`first_isolated`].
+    pub(crate) fn jump_in(&self, within: [f64; 2], apart: f64) -> Option<f64> {
+        let lines = [&self.force, &self.torque].into_iter();
+        lines.filter_map(|line| line.jump_in(within, apart)).reduce(f64::min)
     }
 
     /// True if there is no load.

@@ -1,8 +1,10 @@
 //! Changes of velocity in a step that do not scale with h: impacts, ends of slips, stops of joints.
 
+use super::break_away::{Friction, PairFriction};
 use super::interval::Interval;
 use super::islands::Islands;
 use super::leapfrog::Instants;
+use super::still_speeds::StillSpeeds;
 use crate::contact::{Contact, ContactKey, KeyIndex};
 use crate::joint::{Axis, Joint, JointForce};
 use crate::mechanics::State;
@@ -18,9 +20,6 @@ pub(super) const CAUGHT: f64 = 0.1;
 pub(super) const STILL: f64 = 1e-9;
 /// Gap that counts as closed at the start of an interval, relative to the reach of the world.
 pub(super) const CLOSED: f64 = 1e-9;
-/// Change of velocity in a step by which friction is known to be below or above its limit (m/s, times the speed
-/// scale).
-const ROUNDING: f64 = 1e-11;
 /// Smallest part of a step that is divided at a turn, as a share of the step.
 const SOONEST: f64 = 1e-3;
 /// Share of a step in which the velocities of its start act, and of speeds that the curvature of the motion
@@ -39,8 +38,8 @@ pub(super) struct AbruptChanges {
     /// Bodies of islands in which a change does not vanish with the length of the step: other changes than ends
     /// and turns of motions by friction.
     pub jumps: Vec<bool>,
-    /// Largest velocity that the static friction of a contact or an axis takes too much in the step (m/s). Only with located
-    /// impacts.
+    /// Largest velocity that the static friction of a contact or an axis takes too much in the step (m/s). Only with
+    /// located impacts.
     pub lost: f64,
     /// Largest velocity that the static friction of an axis takes too much in the step in which it breaks away (m/s).
     /// The law holds the axis in that step, however short it is (docs/formulation.md, section 17).
@@ -94,69 +93,6 @@ pub(super) struct Turn {
 pub(super) enum TurningMotion {
     Slip(ContactKey),
     Joint(usize),
-}
-
-/// Friction between two bodies, and the largest slips of their points.
-#[derive(Debug, Clone, Copy, Default)]
-struct PairFriction {
-    /// Σ f_n now and in the step before (N).
-    normal: f64,
-    past_normal: f64,
-    /// Σ |f_t| / Σ f_n now, and at the end of the step.
-    share: f64,
-    end: f64,
-    /// Largest slips in this step, and in the step before (m/s).
-    slip: f64,
-    past_slip: f64,
-}
-
-impl PairFriction {
-    /// Adds the normal force at `contact`, which was `past` before.
-    fn load(&mut self, contact: &Contact, now: &ContactForce, past: Option<&ContactForce>) {
-        self.normal += contact.normal().dot(&now.force);
-        self.past_normal += past.map_or(0.0, |past| contact.normal().dot(&past.force));
-    }
-
-    /// Adds the friction at `contact`, which changes from `past` on, and by `growth` times as much until the end.
-    /// Kicks of other lengths have other forces, with the same shares in the normal force of the pair.
-    fn add(
-        &mut self,
-        contact: &Contact,
-        now: &ContactForce,
-        past: Option<&ContactForce>,
-        growth: f64,
-    ) {
-        let normal = contact.normal();
-        let friction = |force: &ContactForce, all: f64| {
-            (force.force - normal * normal.dot(&force.force)) / all
-        };
-        let share = friction(now, self.normal);
-        let past_share = past.map_or(share, |past| friction(past, self.past_normal));
-        self.share += share.norm();
-        self.end += (share + (share - past_share) * growth).norm();
-        if now.carries_force() {
-            self.slip = self.slip.max(now.slip.norm());
-        }
-        if let Some(past) = past.filter(|past| past.carries_force()) {
-            self.past_slip = self.past_slip.max(past.slip.norm());
-        }
-    }
-
-    /// Friction of the pair with the contact `first` in a `step`.
-    fn at(self, first: &Contact, step: &TakenStep<'_>) -> Friction {
-        let Self { normal, share, end, slip, past_slip, .. } = self;
-        let world = step.world;
-        let masses = first.key.bodies().map(|body| world.bodies()[body].mass());
-        let mass = masses.fold(f64::INFINITY, f64::min);
-        let change = normal * world.time_step() / (step.kick(first) * mass);
-        let kinetic = world.friction_between(first.key.body, first.key.partner);
-        let limit = if slip > step.still().now {
-            first.law.static_friction.unwrap_or(kinetic)
-        } else {
-            first.law.friction
-        };
-        Friction { share, end, limit, kinetic, change, slip, past_slip }
-    }
 }
 
 /// Kind of a change of velocity.
@@ -259,14 +195,15 @@ impl AbruptChanges {
             for place in group.clone() {
                 friction.load(&step.contacts[place], &forces[place], past(place));
             }
-            if friction.normal.min(friction.past_normal) <= 0.0 {
+            if !friction.presses() {
                 continue;
             }
             for place in group {
                 friction.add(&step.contacts[place], &forces[place], past(place), growth);
             }
-            let friction = friction.at(first, step);
-            if let Some(lost) = step.lost(friction, turns).filter(|lost| *lost > allowed) {
+            let friction = friction.at(first, step.world, step.still().now);
+            let lost = friction.lost(step.still(), step.world.speed_scale(), turns);
+            if let Some(lost) = lost.filter(|lost| *lost > allowed) {
                 self.lost = self.lost.max(lost);
                 let motion = TurningMotion::Slip(first.key);
                 self.add(first.key.bodies(), Change::Friction(None), motion);
@@ -321,39 +258,6 @@ impl AbruptChanges {
             *flag |= is_abrupt;
         }
         is_new
-    }
-}
-
-/// Speeds (m/s or rad/s) below which a motion stands still.
-#[derive(Debug, Clone, Copy)]
-struct StillSpeeds {
-    /// Speed at the start of a step, to which its velocities are known.
-    before: f64,
-    /// Speed in a step.
-    now: f64,
-}
-
-impl StillSpeeds {
-    /// Speeds that move a point at this distance (m) from an axis as fast.
-    fn about(self, reach: f64) -> Self {
-        Self { before: self.before / reach, now: self.now / reach }
-    }
-
-    /// True if a motion ends or turns back from `before` to `now`, or at the `end` of the step. Without one, it would
-    /// do so in half of another step: `kick` is the time of the change, in lengths of the interval.
-    fn ends(
-        self,
-        before: &Vector3<f64>,
-        now: &Vector3<f64>,
-        end: Option<Vector3<f64>>,
-        kick: f64,
-    ) -> bool {
-        let along = now.dot(before);
-        let turns_soon = || match end {
-            Some(end) => now.dot(&end) < 0.0,
-            None => (1.0 + 2.0 * kick) * now.norm_squared() < along,
-        };
-        before.norm() > self.before && (now.norm() <= self.now || along < 0.0 || turns_soon())
     }
 }
 
@@ -430,34 +334,6 @@ impl TakenStep<'_> {
         let h = self.world.time_step();
         let ahead = 0.5 * h * (1.0 + kicks.fold(f64::INFINITY, f64::min));
         Some((ahead / (last.middle + h - ahead)).max(h / last.start))
-    }
-
-    /// Velocity that the friction of a sticking pair or axis takes too much (m/s), if it is overcome in this step.
-    /// The shares r of the points of a pair in its normal force, or of the friction of an axis in its limit, go on from
-    /// the kick before to the present one, and on to the end:
-    ///
-    /// ```text
-    /// r = f_t/Σ f_n,   r⁺ = r + (r − r⁻) t⁺/t,   ρ = Σ|r|,   ρ⁺ = Σ|r⁺|,
-    /// δ = (ρ⁺ − μ) f_n h/m   if ρ < μ_s < ρ⁺                                          (eq. 41b)
-    /// ```
-    ///
-    /// If it slips in the step, the kinetic friction may act too early: ρ⁺ = μ_s. Where the step begins as it
-    /// `breaks` away, it does not.
-    fn lost(&self, friction: Friction, breaks: bool) -> Option<f64> {
-        let still = self.still();
-        let Friction { share, end, limit, kinetic, change, slip, past_slip } = friction;
-        let slips = slip > still.now;
-        if past_slip > still.before || slips && breaks {
-            return None;
-        }
-        if slips {
-            return Some((limit - kinetic) * change);
-        }
-        let [below, above] = [limit - share, end - limit];
-        let rounding = ROUNDING * self.world.speed_scale() / change;
-        // A step that should begin with the break may have a slip within the rounding error.
-        let is_overcome = below.min(above) > rounding || breaks && below < rounding;
-        is_overcome.then(|| (end - kinetic.min(limit)) * change)
     }
 
     /// Time after the start at which the slip of a contact ends, see [`Self::turn`] (s).
@@ -554,7 +430,7 @@ impl TakenStep<'_> {
     }
 
     /// Way in which the axes of `joint` with this `index` and `force` come to a limit, or their dry friction stops or
-    /// turns or no longer holds them; `breaks` as in [`Self::lost`].
+    /// turns or no longer holds them; `breaks` as in [`Friction::lost`].
     fn axes(&self, joint: &Joint, index: usize, force: &JointForce, breaks: bool) -> AxisChange {
         let mut found = AxisChange::default();
         let has_jump = |axis: &Axis| match axis {
@@ -632,7 +508,8 @@ impl TakenStep<'_> {
                 past_slip: before[k].abs() * reach,
             };
             if drive.static_friction.is_none() {
-                found.lost = found.lost.max(self.lost(friction, breaks).unwrap_or_default());
+                let lost = friction.lost(still, world.speed_scale(), breaks);
+                found.lost = found.lost.max(lost.unwrap_or_default());
             } else if friction.slip > still.now && friction.past_slip <= still.before {
                 found.late = found.late.max((friction.limit - friction.kinetic) * friction.change);
             }
@@ -647,25 +524,9 @@ struct AxisChange {
     change: Option<Change>,
     /// Shares of dry friction in its limit, along each axis at rest.
     shares: [f64; 6],
-    /// Velocity that friction takes too much (m/s), see [`TakenStep::lost`], and [`AbruptChanges::late`].
+    /// Velocity that friction takes too much (m/s), see [`Friction::lost`], and [`AbruptChanges::late`].
     lost: f64,
     late: f64,
-}
-
-/// Friction that may be overcome in a step.
-#[derive(Debug, Clone, Copy)]
-struct Friction {
-    /// Shares ρ in the normal force now and at the end of the step, the static one at which a motion begins, and the
-    /// kinetic one.
-    share: f64,
-    end: f64,
-    limit: f64,
-    kinetic: f64,
-    /// Change of velocity by a share of 1 (m/s).
-    change: f64,
-    /// Slips or rates in this step, and in the step before (m/s).
-    slip: f64,
-    past_slip: f64,
 }
 
 /// Numbers of two vectors.

@@ -15,7 +15,7 @@
 //! the instant, and |w⁺ − w| in ε is at most a tenth of the accuracy. Velocities go on from interval to interval,
 //! whatever their lengths (37), but islands with an abrupt change start at the velocities of the instant.
 //!
-//! Where an [input jumps](Inputs::jump_after), an interval ends, and all bodies start anew.
+//! Where an [input jumps](Inputs::jumps), an interval ends, and the islands with it start anew.
 //!
 //! If an interval has a [certificate](super::infeasible_gap) that no solution exists, the rest of the step is one
 //! interval that keeps the depths and joint errors of its start.
@@ -118,8 +118,6 @@ struct Schedule {
     /// that begins at the velocities of the instant.
     turns: bool,
     has_turned: bool,
-    /// True if an input jumps at the start of the next interval.
-    has_jumped: bool,
     /// True if the intervals are shorter because one was not solved.
     is_halved: bool,
     /// True if the last interval was taken although it is not solved.
@@ -168,7 +166,6 @@ impl Schedule {
             fixed: [0.0; 2],
             turns: false,
             has_turned: false,
-            has_jumped: false,
             is_halved: false,
             gave_up: false,
             attempts: 0,
@@ -277,7 +274,6 @@ impl Schedule {
         }
         let was_halved = std::mem::take(&mut self.is_halved);
         self.has_turned = std::mem::take(&mut self.turns);
-        self.has_jumped = false;
         self.gave_up = !is_solved;
         self.streak += 1;
         let share = self.smooth.map_or(1.0, |_| FIRST);
@@ -310,7 +306,7 @@ impl Schedule {
 
     /// Goes on to the end of the next `part` of the step (s).
     fn go_on(&mut self, part: f64) {
-        (self.part, self.has_turned, self.has_jumped) = (part, false, true);
+        (self.part, self.has_turned) = (part, false);
         let share = self.smooth.map_or(1.0, |_| FIRST);
         self.plan_anew(share * self.wanted, 0.0);
     }
@@ -442,6 +438,27 @@ pub(super) fn step(
     taken
 }
 
+/// Flags of the bodies in islands with an input that jumps at `time` (s); empty without any.
+fn jumping_islands(
+    world: &World,
+    moment: &Moment,
+    inputs: &Inputs,
+    workspace: &mut Workspace<'_>,
+    time: f64,
+) -> Vec<bool> {
+    let mut jumps = inputs.jumps(world, [time - SHORTEST, time + SHORTEST]).peekable();
+    if jumps.peek().is_none() {
+        return Vec::new();
+    }
+    let bodies = moment.arrivals.len();
+    let loaded = moment.now.contacts.iter().filter(|force| force.carries_force());
+    let islands = &mut workspace.abrupt.islands;
+    islands.find(bodies, loaded.map(|force| &force.key), world);
+    let mut flags = vec![false; bodies];
+    jumps.for_each(|(body, _)| flags[islands.label(body)] = true);
+    (0..bodies).map(|body| flags[islands.label(body)]).collect()
+}
+
 fn intervals(
     world: &mut World,
     moment: &mut Moment,
@@ -451,13 +468,16 @@ fn intervals(
 ) -> Result<(), Error> {
     let whole = world.time_step();
     let begin = moment.index as f64 * whole;
-    let part = |since: f64| {
-        let jump = inputs.jump_after(begin + since + SHORTEST).map(|time| time - begin);
-        jump.filter(|end| *end < whole - SHORTEST).unwrap_or(whole)
+    // End of the part of the step that begins at this time.
+    let part = |world: &World, since: f64| {
+        let rest = [begin + since + SHORTEST, begin + whole - SHORTEST];
+        let jumps = inputs.jumps(world, rest).map(|(_, time)| time - begin);
+        jumps.reduce(f64::min).unwrap_or(whole)
     };
-    let mut schedule = Schedule::new(world, moment.pace, moment.has_starts(), part(0.0));
-    let last = inputs.jump_after(begin - SHORTEST);
-    schedule.has_jumped = last.is_some_and(|time| time <= begin + SHORTEST);
+    let first = part(world, 0.0);
+    let mut schedule = Schedule::new(world, moment.pace, moment.has_starts(), first);
+    // Bodies of islands in which an input jumps at the start of the next interval.
+    let mut jumping = jumping_islands(world, moment, inputs, workspace, begin);
     // Bodies of islands in which friction ends or turns a motion in the last interval that was rejected.
     let mut turning = Vec::new();
     let mut infeasible_gap = None;
@@ -466,7 +486,8 @@ fn intervals(
             if schedule.part == whole {
                 break;
             }
-            schedule.go_on(part(schedule.part));
+            jumping = jumping_islands(world, moment, inputs, workspace, begin + schedule.part);
+            schedule.go_on(part(world, schedule.part));
             continue;
         };
         let before = moment.clone();
@@ -476,14 +497,16 @@ fn intervals(
             workspace.rest.end();
         }
         let is_window = length < WINDOW * usual.min(moment.pace.length);
-        let start = is_window || schedule.has_turned || schedule.has_jumped;
-        let mut starts: Vec<bool> =
-            moment.arrivals.iter().map(|arrival| start || arrival.length == 0.0).collect();
+        let start = is_window || schedule.has_turned;
+        let jumps = |body: usize| jumping.get(body) == Some(&true);
+        let starts = moment.arrivals.iter().enumerate();
+        let starts = starts.map(|(body, arrival)| start || arrival.length == 0.0 || jumps(body));
+        let mut starts: Vec<bool> = starts.collect();
         workspace.abrupt.turning.clear();
         if schedule.has_turned {
             workspace.abrupt.turning.extend_from_slice(&turning);
-        } else if schedule.has_jumped {
-            workspace.abrupt.turning.resize(moment.arrivals.len(), true);
+        } else {
+            workspace.abrupt.turning.extend_from_slice(&jumping);
         }
         loop {
             moment.start_where(&starts);
@@ -524,6 +547,7 @@ fn intervals(
             workspace.forget();
             continue;
         }
+        jumping.clear();
         taken.is_coarse = judgement == Judgement::TakenCoarse;
         let Some(part) = &mut taken.part else { continue };
         part.changeable = world.changeable();

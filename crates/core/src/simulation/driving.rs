@@ -33,14 +33,16 @@ impl Driving {
         }
     }
 
-    /// First time after `time` at which a force or the velocity of a motion jumps (s).
-    pub(super) fn jump_after(&self, time: f64) -> Option<f64> {
-        let loads = self.loads.iter().filter_map(|(_, load)| load.jump_after(time));
-        let courses = self.courses.iter().filter_map(|(_, course)| match course {
-            Course::Through(knots) => knots.jump_after(time),
-            Course::To(_) | Course::Steady { .. } => None,
+    /// Isolated jumps of forces and of velocities of motions, each the first within the times `within` (s), with
+    /// the joint.
+    pub(super) fn jumps(&self, within: [f64; 2], apart: f64) -> impl Iterator<Item = (usize, f64)> {
+        let loads = self.loads.iter();
+        let loads = loads.map(move |(joint, load)| (*joint, load.jump_in(within, apart)));
+        let courses = self.courses.iter().map(move |(joint, course)| match course {
+            Course::Through(knots) => (*joint, knots.jump_in(within, apart)),
+            Course::To(_) | Course::Steady { .. } => (*joint, None),
         });
-        loads.chain(courses).reduce(f64::min)
+        loads.chain(courses).filter_map(|(joint, time)| Some((joint, time?)))
     }
 
     /// True if there are no inputs.

@@ -119,10 +119,15 @@ impl Inputs {
         [(now.force - before.force) * (share / of.mass()), torque * share]
     }
 
-    /// First time after `time` at which a load or the velocity of a motion jumps (s).
-    pub fn jump_after(&self, time: f64) -> Option<f64> {
-        let loads = self.outside.iter().filter_map(|outside| outside.load.jump_after(time));
-        loads.chain(self.driving.jump_after(time)).reduce(f64::min)
+    /// Bodies with an isolated jump of a load, or of the velocity of a motion, and the first one within the times
+    /// `within` (s).
+    pub fn jumps(&self, world: &World, within: [f64; 2]) -> impl Iterator<Item = (usize, f64)> {
+        let apart = world.whole_step();
+        let loads = self.outside.iter().enumerate();
+        let loads = loads
+            .filter_map(move |(body, outside)| Some((body, outside.load.jump_in(within, apart)?)));
+        let driven = self.driving.jumps(within, apart);
+        loads.chain(driven.map(|(joint, time)| (world.joints()[joint].body(), time)))
     }
 
     /// Sets the inputs of the joints of `world` for its interval, which starts at `moment`.

@@ -324,11 +324,13 @@ pub(super) fn end(
         abrupt.bodies.clear();
     }
     let mut added_error = AddedError::default();
-    // Velocities of prescribed motions jump only between intervals.
+    // A jump of the velocity of a prescribed motion at a start is no acceleration. Its poses are exact, and its velocity
+    // matters to what it touches.
     let driven = world.joints().iter().filter(|joint| divides && joint.moves());
     let driven: Vec<_> = driven.map(Joint::body).collect();
     for body in 0..arrivals.len() {
-        if driven.contains(&body) {
+        let is_driven = driven.contains(&body);
+        if is_driven && world.before().get(body) == Some(&0.0) {
             instants.states[body] = solution.states[body];
             instants.motions[body].since += h;
             continue;
@@ -366,15 +368,20 @@ pub(super) fn end(
             *motion = Motion { since, last, ..Motion::default() };
             continue;
         }
+        let goes_on = Motion { since, last, acceleration: Some(acceleration), jerk };
+        let earlier = std::mem::replace(motion, goes_on);
+        let mut loaded = solution.contacts.iter().filter(|force| force.carries_force());
+        if is_driven && !loaded.any(|force| force.key.bodies().any(|touching| touching == body)) {
+            continue;
+        }
         let turning = reach * map.angle_error(&state.spin);
         let error = jerk.map_or(0.0, |jerk| h.powi(3) / 24.0 * size(&jerk)) + turning;
         instants.errors[body] += error;
         added_error.smooth = added_error.smooth.max(error);
-        if let (Some(jerk), Some(last)) = (jerk, motion.jerk) {
+        if let (Some(jerk), Some(last)) = (jerk, earlier.jerk) {
             let missed = 0.3125 * h * h * size(&[0, 1].map(|k| jerk[k] - last[k]));
             added_error.velocity = added_error.velocity.max(missed);
         }
-        *motion = Motion { since, last, acceleration: Some(acceleration), jerk };
     }
     added_error.late = abrupt.late;
     taken.errors = added_error;

@@ -12,6 +12,7 @@ mod assembly;
 mod balance;
 mod bodies;
 pub mod bounce;
+mod break_away;
 mod driving;
 pub mod energy;
 #[cfg(feature = "save")]
@@ -39,6 +40,7 @@ pub mod scene;
 mod start;
 mod step_problem;
 mod stiffness;
+mod still_speeds;
 pub mod summary;
 mod turning;
 pub mod unphysical;

@@ -9,8 +9,8 @@
 //! ```
 //!
 //! Therefore such a step is taken in two intervals. The first one ends where the motion comes to rest, and the
-//! island starts there anew. A step of few bodies is divided once, at its first turn, and not in an island with impacts or with
-//! fast rotations, whose kinetic energy differs by (h ω)²/4 along tangents and chords. It stays whole if
+//! island starts there anew. A step of few bodies is divided once, at its first turn, and not in an
+//! island with impacts or with fast rotations, whose kinetic energy differs by (h ω)²/4 along tangents and chords. It stays whole if
 //! the motion does not turn back: one that only ends has an error of second order.
 
 use super::inputs::Inputs;
@@ -25,8 +25,8 @@ use std::mem::take;
 /// Largest rotation of a body of the island in the step (rad).
 const MOST_ROTATION: f64 = 0.05;
 
-/// Largest number of bodies of the world, all of which take a divided step. In a pile of a hundred boxes, 38 of 51
-/// steps were divided for a motion that did not turn back, and all took a third of the time.
+/// Largest number of bodies of the world. All of them take a divided step, which costs as much as two more, and few
+/// motions in a pile turn back.
 const MOST_BODIES: usize = 16;
 
 /// Slip or rate of an axis below which a motion does not turn back but ends (m/s or rad/s, times the speed
