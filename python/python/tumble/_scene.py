@@ -330,12 +330,17 @@ class Scene(Queries):
     ) -> Statics:
         """Whether the scene can stand at its start, by how much, and where it is weak.
 
-        At most one load asks for its largest factor: ``push`` is a body and a force (N), ``mass`` a body
-        that carries the factor in kg, ``tilt`` a horizontal axis about which gravity turns by the angle
-        with this tangent, ``base`` an acceleration (m/s²). ``at`` is the point of a push or mass from the
-        body's centre (m, world axes). ``least_friction`` asks for the smallest factor on all
-        coefficients of friction, ``friction`` for the worst case of a range, and ``move`` for derivatives
-        of the factor by translations of bodies along vectors. Velocities count as zero (docs/statics.md).
+        At most one of four loads asks for its largest factor:
+
+        - ``push``: a body and a force (N)
+        - ``mass``: a body that carries the factor in kg
+        - ``tilt``: a horizontal axis about which gravity turns, by the angle with this tangent
+        - ``base``: an acceleration (m/s²)
+
+        ``at`` is the point of a push or mass from the body's centre (m, world axes). ``least_friction``
+        asks for the smallest factor on all coefficients of friction, and ``friction`` for the worst case
+        of a range. ``move`` asks for derivatives of the factor by translations of bodies along vectors.
+        Velocities count as zero (docs/statics.md).
         """
         place = vector("at", at)
         loads = []
