@@ -2,7 +2,7 @@
 
 use super::args::ViewArgs;
 use super::directory::OutputDirectory;
-use super::file_names::VIEW;
+use super::file_names::{STILL, VIEW};
 use super::film::film;
 use super::outcome::{Failure, Outcome};
 use super::output::{PendingFile, say, target};
@@ -14,6 +14,7 @@ use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble_model::shown;
+use tumble_view::animation::{AnimationSettings, still};
 use tumble_view::view::page;
 use tumble_view::{Fact, Film};
 
@@ -24,7 +25,13 @@ pub const MOST_ROWS: usize = 1_000_000;
 pub fn run(args: &ViewArgs) -> Result<Outcome, Failure> {
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
-    let (out, name) = target(args.out.as_deref(), &args.files[0], VIEW, &[])?;
+    let usual = if args.png { STILL } else { VIEW };
+    let (out, name) = target(args.out.as_deref(), &args.files[0], usual, &[])?;
+    if args.png && args.files.len() > 1 {
+        return Err(Failure::Input(
+            "--png: a picture shows one run; leave the other out".to_owned(),
+        ));
+    }
     let mut films = Vec::new();
     for path in &args.files {
         let Some(mut film) = film(Recording::open(path)?, MOST_ROWS, &interrupt)? else {
@@ -38,9 +45,12 @@ pub fn run(args: &ViewArgs) -> Result<Outcome, Failure> {
     let directory = OutputDirectory::for_pictures(out)?;
     let films: Vec<_> = films.iter().collect();
     let pending = PendingFile::create(&directory, name)?;
-    let Some((path, written)) = write(pending, &films, &interrupt)? else {
-        return Ok(Outcome::Interrupted);
+    let written = if args.png {
+        Some(write_still(pending, films[0], args)?)
+    } else {
+        write(pending, &films, &interrupt)?
     };
+    let Some((path, written)) = written else { return Ok(Outcome::Interrupted) };
     if !args.quiet {
         say(&written)?;
     }
@@ -49,6 +59,29 @@ pub fn run(args: &ViewArgs) -> Result<Outcome, Failure> {
     }
     let unconverged = films.iter().any(|film| film.has_failed());
     Ok(if unconverged { Outcome::Unconverged } else { Outcome::Done })
+}
+
+/// Writes a still picture of a run. Returns its path and a sentence.
+fn write_still(
+    pending: PendingFile,
+    film: &Film,
+    args: &ViewArgs,
+) -> Result<(PathBuf, String), Failure> {
+    let size = args.size.unwrap_or(AnimationSettings::default().size);
+    let settings = AnimationSettings { size, view: args.camera, ..AnimationSettings::default() };
+    let [start, end] = [film.frames.first(), film.frames.last()]
+        .map(|frame| frame.map_or(0.0, |frame| frame.row.time));
+    let time = args.at.unwrap_or(start);
+    if !(start..=end).contains(&time) {
+        return Err(Failure::Input(format!(
+            "--at: {time} s is not in the run, which goes from {start} to {end} s"
+        )));
+    }
+    let png = still(film, &settings, time).map_err(|why| Failure::Other(why.to_string()))?;
+    pending.write(&png)?;
+    let path = pending.publish()?;
+    let written = format!("wrote {}\n", shown::path(&path));
+    Ok((path, written))
 }
 
 /// Opens a page in the browser.

@@ -110,3 +110,13 @@ def test_a_step_before_the_first_reset_is_refused():
             env.step(action)
         env.reset(seed=0)
         env.step(action)
+
+
+def test_the_time_step_divides_a_push():
+    env = gymnasium.make("tumble/PushCube-v0", friction=0.2, time_step=0.01).unwrapped
+    env.reset(seed=1)
+    env.step([1.0, 0.0])
+    # The push of 20 N for 50 ms, less friction of 0.2 times the weight of 1 kg.
+    assert np.linalg.norm(env._state[7:9]) == pytest.approx((20.0 - 0.2 * 9.81) * 0.05, rel=1e-9)
+    with pytest.raises(tumble.TumbleError, match="time_step is 0.03 s; a whole number of time steps"):
+        gymnasium.make("tumble/PushCube-v0", time_step=0.03)

@@ -485,3 +485,10 @@ def test_scenes_of_many_environments_may_differ():
         observed = many.step(np.stack([action, action]))[0]
         assert all(np.array_equal(env.step(action)[0], own) for env, own in zip(single, observed))
     assert not np.array_equal(*observed)
+
+
+def test_friction_and_time_step_are_keywords():
+    env = gymnasium.make("tumble/Hopper-v0", time_step=0.001, frame_skip=8).unwrapped
+    assert env.scene.time_step == 0.001 and env.dt == pytest.approx(0.008)
+    env = RobotEnv(QUADRUPED, actions="torque", friction=0.6)
+    assert env.scene.friction == 0.6

@@ -77,6 +77,39 @@ def test_of_a_scene_with_a_robot_what_came_later_can_go():
     np.testing.assert_array_equal(simulation.robot.q, other.robot.q)
 
 
+def test_a_target_uses_the_gains_of_the_scene():
+    # The force limit of 35 N m is that of the file.
+    motor = {"joint": "fl_knee", "position": -1.6, "stiffness": 40.0, "damping": 1.5}
+    scene = tumble.Scene(
+        [], {"friction": 0.7}, robots=[{"file": "quadruped.urdf", "position": [0, 0, 0.45]}], motors=[motor], folder=MODELS
+    )
+    knee = scene.simulate().robot["fl_knee"]
+    assert (knee.stiffness, knee.damping, knee.max_force, knee.target) == (40.0, 1.5, 35.0, -1.6)
+    assert scene.simulate().robot["fr_knee"].target is None
+    rod = {"name": "rod", "box": 0.1, "mass": 1.0, "position": [0, 0, 1]}
+    hinge = {"name": "pin", "type": "revolute", "bodies": ["rod"], "anchor": [0, 0, 1], "axis": [0, 1, 0]}
+    with pytest.raises(tumble.TumbleError, match="max_force: required; the joint has no limit in a file"):
+        tumble.Scene([rod], {"friction": 0.7}, joints=[hinge], motors=[{"joint": "pin", "speed": 1.0}])
+
+
+def test_torques_drive_the_joints():
+    # Friction of 0.1 N m and damping of the knees oppose the torque; in the air the forces of contacts are zero.
+    simulation = standing(position=[0, 0, 1.0]).simulate()
+    robot = simulation.robot
+    robot.torques = np.full(len(robot.slides_and_hinges), 0.05)
+    assert simulation.step().ok
+    assert np.all(np.abs(robot.torques) < 1e-9)
+    knee = robot["fl_knee"]
+    knee.torque = 3.0
+    for _ in range(10):
+        assert simulation.step().ok
+    assert knee.speed > 0.0 and 2.0 < knee.torque < 3.0
+    assert knee.torque == robot.torques[robot.slides_and_hinges.index(knee)]
+    np.testing.assert_array_equal(robot.contact_forces["fl_shank", "ground"], np.zeros(3))
+    with pytest.raises(tumble.TumbleError, match="object 'grond' is unknown; did you mean `ground`?"):
+        robot.contact_forces["fl_shank", "grond"]
+
+
 def test_a_robot_stands_by_its_motors():
     simulation = standing().simulate()
     robot = simulation.robot

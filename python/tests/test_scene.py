@@ -287,3 +287,9 @@ def test_unknown_keywords_name_the_known_one(scenarios):
     for keyword, known in (("dt", "time_step"), ("h", "time_step"), ("sed", "seed")):
         with pytest.raises(TypeError, match=f"keyword '{keyword}' is unknown; did you mean `{known}`"):
             tumble.load(scenarios / "drop.toml", **{keyword: 1})
+
+
+@pytest.mark.parametrize(("keyword", "meant"), [("dt", "time_step"), ("timestep", "time_step"), ("gravty", "gravity")])
+def test_an_unknown_keyword_has_a_hint(keyword, meant):
+    with pytest.raises(TypeError, match=f"keyword '{keyword}' is unknown; did you mean `{meant}`"):
+        tumble.Scene([], {"friction": 0.3}, **{keyword: 0.1})

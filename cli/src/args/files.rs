@@ -7,6 +7,7 @@ use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use std::path::PathBuf;
 use tumble_scene::settings::RobotSettings;
+use tumble_view::animation::View;
 
 /// Parser of a table or the directory of a run.
 fn table() -> impl TypedValueParser<Value = PathBuf> {
@@ -76,13 +77,25 @@ pub struct ViewArgs {
     /// The parameters of each are read from run.json in the same directory.
     #[arg(value_name = "FILE.csv|DIR", num_args = 1..=2, required = true, value_parser = table())]
     pub files: Vec<PathBuf>,
-    /// Directory for view.html, created if missing, or a file name that ends in .html [default:
-    /// directory of the first file].
+    /// Directory for view.html, created if missing, or a file name that ends in .html, with --png in .png
+    /// [default: directory of the first file].
     #[arg(short, long, value_name = "DIR|FILE")]
     pub out: Option<PathBuf>,
     /// Open the page in the browser.
     #[arg(long)]
     pub open: bool,
+    /// Write a still picture of one run instead, view.png or the file name of --out.
+    #[arg(long, conflicts_with = "open")]
+    pub png: bool,
+    /// Time of the picture, s; the nearest row is drawn [default: the start].
+    #[arg(long, value_name = "S", value_parser = values::number, allow_hyphen_values = true, requires = "png")]
+    pub at: Option<f64>,
+    /// Width and height of the picture, pixels [default: 800].
+    #[arg(long, value_name = "PIXELS", value_parser = values::whole::<u16>(100, 2000), allow_hyphen_values = true, requires = "png")]
+    pub size: Option<u16>,
+    /// Camera angles of the picture as for tumble gif.
+    #[arg(long, value_name = "AZIMUTH,ELEVATION", value_parser = values::view, allow_hyphen_values = true, requires = "png")]
+    pub camera: Option<View>,
     /// Print no summary.
     #[arg(short, long)]
     pub quiet: bool,

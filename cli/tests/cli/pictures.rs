@@ -214,6 +214,26 @@ fn pictures_that_cannot_be_drawn_are_rejected_before_writing() {
     assert!(!slow.path("").exists());
 }
 
+/// A still picture shows the row nearest to its time, and replaces only pictures of tumble.
+#[test]
+fn a_still_picture_has_a_time() {
+    let done = Done::run(&[]);
+    let still = |flags: &[&str]| {
+        let end = done.draw("view", &[&["--png", "--size", "120"], flags].concat());
+        assert_eq!((end.code, end.stderr.as_str()), (Some(0), ""), "{end:?}");
+        fs::read(done.path("view.png")).unwrap()
+    };
+    let (start, later) = (still(&[]), still(&["--at", "0.0321"]));
+    assert_ne!(start, later);
+    assert_eq!(start, still(&["--at", "0.0001"]));
+    assert_ne!(later, still(&["--at", "0.0321", "--camera", "10,40"]));
+    done.draw("view", &["--png", "--at", "9"]).assert_refused(2, &["--at", "9 s", "0 to"]);
+    done.draw("view", &["--at", "0"]).assert_refused(2, &["--png"]);
+    let own = fs::read(done.path("view.png")).unwrap();
+    fs::write(done.path("view.png"), &own[..20]).unwrap();
+    done.draw("view", &["--png"]).assert_refused(2, &["view.png", "was not written by tumble"]);
+}
+
 #[test]
 fn a_failed_step_is_seen_in_the_exit_code() {
     let done = Done::run(&[]);

@@ -22,6 +22,7 @@ mod markup;
 pub mod page;
 mod palette;
 pub mod plot;
+mod png;
 #[cfg(test)]
 #[path = "tests/samples.rs"]
 mod samples;

@@ -131,14 +131,14 @@ class RobotJoint:
     """Slide or hinge of a robot in a simulation: ``robot["knee"]``.
 
     It has one motor at a time: a position motor to ``target`` with ``stiffness`` and
-    ``damping``, or a speed motor (``hold_speed``). The force of ``set_force`` is added. Units
-    are m and N for a slide, rad and N m for a hinge.
+    ``damping``, or a speed motor (``hold_speed``). A position motor of the scene or the file is the first
+    one. The force of ``set_force`` is added. Units are m and N for a slide, rad and N m for a hinge.
     """
 
     # Slots refuse mistyped names.
     __slots__ = (
         *("name", "range", "place", "_stiffness", "_damping", "_limit"),
-        *("_robot", "_axis", "_rate", "_reference", "_target", "_effort"),
+        *("_robot", "_index", "_axis", "_rate", "_reference", "_target", "_effort"),
     )
 
     name: str
@@ -156,15 +156,19 @@ class RobotJoint:
         limits, self._effort = robot._core.bounds(index)
         self.name = name
         self.range = None if limits is None else (limits[0], limits[1])
-        self._robot, self._axis = robot, axis
+        self._robot, self._index, self._axis = robot, index, axis
         self.place, self._rate, self._reference = at, rate, reference
         self._reset()
 
     def _reset(self) -> None:
-        """Sets gains, force limit and target as at the start."""
+        """Sets gains, force limit and target as at the start, from the position motor that the scene gives it."""
         self._stiffness, self._damping = 0.0, 0.0
         self._limit = None if self._effort is None else min(-self._effort[0], self._effort[1])
         self._target: float | None = None
+        motor = self._robot._core.first_motor(self._index)
+        if motor is not None:
+            target, self._stiffness, self._damping, self._limit = motor
+            self._target = target + self._reference
 
     @property
     def stiffness(self) -> float:
@@ -244,12 +248,43 @@ class RobotJoint:
         """Sets the constant force (N) or torque (N m) along the joint for the following steps."""
         self._robot.simulation._core.put_force(*self._axis, force)
 
+    @property
+    def torque(self) -> float:
+        """Force (N) or torque (N m) along it over the last step, as in ``robot.torques``.
+
+        Setting it is ``set_force``.
+        """
+        names = [joint.name for joint in self._robot.slides_and_hinges]
+        return float(self._robot.torques[names.index(self.name)])
+
+    @torque.setter
+    def torque(self, torque: float) -> None:
+        self.set_force(real(f"torque of {self.name}", torque))
+
     def __reduce__(self) -> Any:
         """Pickles a joint as a part of its robot."""
         return getitem, (self._robot, self.name)
 
     def __repr__(self) -> str:
         return f"<joint {self.name!r} at {self.coordinate:.6g}>"
+
+
+class _PairForces(dict[tuple[str, str], Floats]):
+    """Forces by pairs of names. That of a pair without a contact is zero."""
+
+    def __init__(self, own: set[str], others: set[str]) -> None:
+        super().__init__()
+        self._known = own, others
+
+    def __missing__(self, pair: tuple[str, str]) -> Floats:
+        import numpy as np
+
+        if not isinstance(pair, tuple) or len(pair) != 2:
+            raise TumbleError(f"contact_forces: {pair!r} is no pair of names; (of this robot, of another object) is needed")
+        for what, name, known in zip(("object of the robot", "object"), pair, self._known):
+            if name not in known:
+                raise unknown(what, name, sorted(known))
+        return np.zeros(3)
 
 
 class Robot:
@@ -478,7 +513,9 @@ class Robot:
     def torques(self) -> Floats:
         """Force (N) or torque (N m) along each of ``slides_and_hinges`` over the last step.
 
-        It is the sum of motor, spring, damping, friction, stop and constant force.
+        It is the sum of motor, spring, damping, friction, stop and constant force. Setting it sets the
+        constant forces of the following steps (``RobotJoint.set_force``): without motors they are the
+        torques of a controller.
         """
         import numpy as np
 
@@ -486,6 +523,12 @@ class Robot:
         drives = np.concatenate([columns["force"], columns["torque"]], axis=1)
         found: Floats = drives[tuple(np.transpose([joint._axis for joint in self.slides_and_hinges]))]
         return found
+
+    @torques.setter
+    def torques(self, torques: Any) -> None:
+        joints = self.slides_and_hinges
+        for joint, torque in zip(joints, numbers("torques", torques, (len(joints),))):
+            joint.set_force(torque)
 
     @property
     def sites(self) -> dict[str, tuple[str, list[float], list[float]]]:
@@ -592,19 +635,17 @@ class Robot:
 
         The force acts on the first object of the pair, which belongs to this robot: a body, or
         a fixed piece of a link held by the world. The second name is a body of the scene,
-        "ground" or a fixed piece.
+        "ground" or a fixed piece. It has the pairs that touch; the force of another one is zero.
         """
-        import numpy as np
-
         scene, contacts = self.simulation.scene, self.simulation.contacts
         own = {scene.bodies[body] for body in self.bodies if body is not None}
         own.update(scene.fixed[piece] for pieces in self._core.pieces[1:] for piece in pieces)
-        forces: dict[tuple[str, str], Any] = {}
+        forces = _PairForces(own, {*scene.bodies, *scene.fixed, "ground"})
         for body, other, force in zip(contacts["body"], contacts["partner"], contacts["force"]):
             name = scene.bodies[body]
             for pair, part in (((name, other), force), ((other, name), -force)):
                 if pair[0] in own:
-                    forces[pair] = forces.get(pair, np.zeros(3)) + part
+                    forces[pair] = forces[pair] + part
         return forces
 
     def __reduce__(self) -> Any:

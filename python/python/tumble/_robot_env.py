@@ -54,7 +54,8 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
     :param max_force: force limits of the motors of "pd" and "position", by default those of the file.
         Like ``stiffness`` and ``damping``, one number or numbers by joint.
     :param robot: prefix of the robot in a scene with several.
-    :param packages: see ``tumble.load``, like ``leave_out`` and ``point_contacts``.
+    :param packages: see ``tumble.load``, like ``leave_out``, ``point_contacts``, ``friction`` (of the ground)
+        and ``time_step`` (s).
     :param render_mode: "rgb_array" for images of 480 pixels, "human" for a window (needs pygame),
         or None.
     :raises TumbleError: for a robot without actuators or declared actions, an action without a
@@ -85,11 +86,14 @@ class RobotEnv(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
         packages: Location | None = None,
         leave_out: list[str] | None = None,
         point_contacts: bool | None = None,
+        friction: float | None = None,
+        time_step: float | None = None,
         render_mode: str | None = None,
     ) -> None:
         if render_mode not in (None, "rgb_array", "human"):
             raise TumbleError(f'render_mode is {render_mode!r}; "rgb_array", "human" or None is needed')
-        reading = {"packages": packages, "leave_out": leave_out, "point_contacts": point_contacts}
+        reading: dict[str, Any] = {"packages": packages, "leave_out": leave_out, "point_contacts": point_contacts}
+        reading.update(friction=friction, time_step=time_step)
         self.scene: Scene = _scene(file, whole("substeps", substeps, 1), reading)
         self.frame_skip = whole("frame_skip", frame_skip, 1) * substeps
         self.noise = real("noise", noise)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import os
 import re
 import warnings
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any, Never, TypedDict, Unpack
 
 from ._checks import name_list, tables, whole
 from ._core import core_property
@@ -131,7 +132,11 @@ class Scene(Queries):
         name: str = "scene",
         seed: int | None = None,
         folder: Location = ".",
+        **unknown: Never,
     ) -> None:
+        for keyword in unknown:
+            known = [*inspect.signature(Scene).parameters]
+            raise TypeError(f"keyword {keyword!r} is unknown{_meant(keyword, known)}")
         if ground is not None and not isinstance(ground, Mapping):
             raise TumbleError(f"ground is {ground!r}; a dictionary, for example {_GROUND}, is needed")
         ours = f": for the coefficient of the ground, use ground={_GROUND}"
@@ -424,10 +429,15 @@ class Scene(Queries):
         return shown(repr(self), self.run(0, contacts=False).gif().data)
 
 
+def _meant(name: str, known: list[str]) -> str:
+    """Hint for an unknown keyword."""
+    return "; did you mean `time_step`?" if name in ("dt", "h", "timestep") else name_hint(name, known)
+
+
 def _checked(name: str, value: Any) -> Any:
     """Value of a keyword that overrides a file."""
     if name not in Settings.__annotations__:
-        meant = "; did you mean `time_step`?" if name in ("dt", "h") else name_hint(name, [*Settings.__annotations__])
+        meant = _meant(name, [*Settings.__annotations__])
         raise TypeError(f"keyword {name!r} is unknown{meant}")
     if name in _RANGES:
         return whole(name, value, *_RANGES[name])

@@ -21,6 +21,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from ._arrays import numbers
+from ._checks import real
 from ._rollout import Rollouts, rollout
 from ._scene import Scene
 from ._tumble import TumbleError
@@ -34,8 +35,8 @@ SIDE = 0.1
 """Side of the cube, m. Its mass is 1 kg."""
 LARGEST_FORCE = 20.0
 """Largest push along x or y, N: twice the weight, five times the friction."""
-SUBSTEPS = 10
-"""Simulation steps of 5 ms per step of the environment."""
+PUSH = 0.05
+"""Duration of a push, which is a step of the environment, s."""
 EPISODE = 200
 """Steps of the environment until an episode is truncated: 10 s."""
 NEAR = 0.02
@@ -48,12 +49,14 @@ RANGE = 0.5
 """Half the range of starts and targets along x and y, m."""
 
 
-def scene(friction: float = 0.4) -> Scene:
-    """Scene of the cube on the ground."""
+def scene(friction: float = 0.4, time_step: float = 0.005) -> Scene:
+    """Scene of the cube on the ground. A whole number of time steps (s) makes a push."""
+    if not real("time_step", time_step) > 0.0 or abs(PUSH / time_step - round(PUSH / time_step)) > 1e-9:
+        raise TumbleError(f"time_step is {time_step} s; a whole number of time steps in {PUSH} s is needed")
     return Scene(
         bodies=[{"name": "cube", "box": SIDE, "mass": 1.0, "position": [0.0, 0.0, SIDE / 2]}],
         ground={"friction": friction},
-        time_step=0.005,
+        time_step=time_step,
         name="push-cube",
     )
 
@@ -90,11 +93,11 @@ def _drawn(rng: np.random.Generator) -> tuple[Floats, Floats]:
 
 
 def _pushed(scene: Scene, states: Floats, actions: Floats, threads: int) -> Rollouts:
-    """Simulates SUBSTEPS steps from ``states`` (B, 13) under ``actions`` (B, 2)."""
+    """Simulates a push from ``states`` (B, 13) under ``actions`` (B, 2)."""
     if not states.any():
         raise TumbleError("the environment has no start for a step; call reset first")
     forces = LARGEST_FORCE * np.clip(actions, -1.0, 1.0)
-    controls = np.zeros((len(states), SUBSTEPS, 6))
+    controls = np.zeros((len(states), round(PUSH / scene.time_step), 6))
     controls[:, :, 0:2] = forces[:, np.newaxis, :]
     return rollout(scene, states, controls, threads=threads)
 
@@ -125,11 +128,11 @@ class PushCube(gymnasium.Env):  # type: ignore[misc,type-arg,unused-ignore]
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 20}
 
-    def __init__(self, friction: float = 0.4, render_mode: str | None = None) -> None:
+    def __init__(self, friction: float = 0.4, time_step: float = 0.005, render_mode: str | None = None) -> None:
         if render_mode not in (None, "rgb_array"):
             raise TumbleError(f'render_mode is {render_mode!r}; "rgb_array" or None is needed')
         self.render_mode = render_mode
-        self.scene = scene(friction)
+        self.scene = scene(friction, time_step)
         self.observation_space = _observation_space()
         self.action_space = _action_space()
         self._state = np.zeros(13)
@@ -181,10 +184,15 @@ class PushCubeVector(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
     metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.NEXT_STEP, "render_modes": []}
 
     def __init__(
-        self, num_envs: int = 16, friction: float = 0.4, threads: int = 1, max_episode_steps: int = EPISODE
+        self,
+        num_envs: int = 16,
+        friction: float = 0.4,
+        threads: int = 1,
+        max_episode_steps: int = EPISODE,
+        time_step: float = 0.005,
     ) -> None:
         self.num_envs = num_envs
-        self.scene = scene(friction)
+        self.scene = scene(friction, time_step)
         self.threads = threads
         self.max_episode_steps = max_episode_steps
         self.single_observation_space = _observation_space()

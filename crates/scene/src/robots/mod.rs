@@ -225,6 +225,13 @@ impl Assembled {
         self.axes.get(joint).copied().flatten()
     }
 
+    /// Force limit that the file gives an [axis](Self::axis) of a joint of the scene, the smaller one of both
+    /// directions (N or N m).
+    pub fn effort(&self, axis: (usize, usize)) -> Option<f64> {
+        let joint = self.axes.iter().position(|of| *of == Some(axis))?;
+        self.robot.joints[joint].effort.map(|[low, high]| high.min(-low))
+    }
+
     /// Body of the scene that a link belongs to; `None` for fixed links. If the shapes of the link
     /// need several bodies, it is the first.
     pub fn body(&self, link: usize) -> Option<usize> {

@@ -1,6 +1,9 @@
 //! Antialiased painting of polygons, lines and dots, in pixels.
 
+use super::AnimationError;
 use crate::palette::Rgb;
+use crate::png::marked;
+use std::io;
 use tiny_skia::{FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, Transform};
 
 /// Point of the picture, x to the right and y down.
@@ -46,9 +49,9 @@ impl Canvas {
         self.pixmap.data_mut().copy_from_slice(other.pixmap.data());
     }
 
-    /// Encodes the picture as PNG. `None` on failure.
-    pub fn png(&self) -> Option<Vec<u8>> {
-        self.pixmap.encode_png().ok()
+    /// Encodes the picture as PNG.
+    pub fn png(&self) -> Result<Vec<u8>, AnimationError> {
+        marked(&self.pixmap).map_err(|why| AnimationError::Output(io::Error::other(why)))
     }
 
     /// Colours row by row. The background is opaque, and therefore all pixels are.

@@ -124,13 +124,21 @@ pub fn pixels(film: &Film, settings: &AnimationSettings) -> Result<Vec<u8>, Anim
     Ok(canvas.colours().flatten().collect())
 }
 
-/// First frame of `film` as PNG, `size` pixels wide. The camera is as near as possible with that
-/// frame and all fixed objects in view. `None` if it cannot be drawn.
-pub(crate) fn still(film: &Film, size: u16) -> Option<Vec<u8>> {
-    let film = film.with_frames(vec![film.frames.first()?.clone()]);
-    let settings = AnimationSettings { size, ..AnimationSettings::default() };
-    let moments = moments(&film, &settings).ok()?;
-    let mut stage = Backdrop::new(&film, &settings, &moments)?;
+/// Frame of `film` at a time (s), the nearest one, as PNG. The camera is as near as possible with that
+/// frame and all fixed objects in view.
+///
+/// # Errors
+/// See [`AnimationError`].
+pub fn still(
+    film: &Film,
+    settings: &AnimationSettings,
+    time: f64,
+) -> Result<Vec<u8>, AnimationError> {
+    let off = |frame: &&IntervalRows| (frame.row.time - time).abs();
+    let nearest = film.frames.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+    let film = film.with_frames(nearest.into_iter().cloned().collect());
+    let moments = moments(&film, settings)?;
+    let mut stage = Backdrop::new(&film, settings, &moments).ok_or(AnimationError::TooFar)?;
     stage.show_all();
     let mut canvas = stage.empty().clone();
     stage.paint(&mut canvas, &moments[0]);

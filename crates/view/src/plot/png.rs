@@ -2,6 +2,7 @@
 //! machine makes the same picture.
 
 use crate::font::Font;
+use crate::png::marked;
 use resvg::tiny_skia::{PathSegment, Pixmap, Transform};
 use resvg::usvg::{Options, Tree};
 use roxmltree::{Document, Node};
@@ -9,11 +10,6 @@ use std::fmt::Write as _;
 
 /// Pixels per user unit of the SVG (1/96 inch): 192 dpi, enough for dense screens and print.
 pub const PIXELS_PER_UNIT: f32 = 2.0;
-
-/// Chunk of a PNG with the comment [`MARK`](crate::MARK): length, kind, keyword, text and checksum.
-const COMMENT: &[u8] = b"\0\0\0\x19tEXtComment\0Written by tumble\x9e\xb9\x5d\xb5";
-/// Length of the signature and of the first chunk of a PNG (bytes). Any other chunk may follow them.
-const HEADER: usize = 33;
 
 /// Rasterises the text `svg` and returns the bytes of a PNG file.
 ///
@@ -26,9 +22,7 @@ pub fn rasterise(svg: &str) -> Result<Vec<u8>, String> {
     let size = tree.size().to_int_size().scale_by(PIXELS_PER_UNIT).ok_or("it has no size")?;
     let mut pixmap = Pixmap::new(size.width(), size.height()).ok_or("it has no size")?;
     resvg::render(&tree, transform, &mut pixmap.as_mut());
-    let mut png = pixmap.encode_png().map_err(|error| error.to_string())?;
-    png.splice(HEADER..HEADER, COMMENT.iter().copied());
-    Ok(png)
+    marked(&pixmap)
 }
 
 /// Copy of `svg` whose `text` elements are paths.

@@ -15,6 +15,7 @@ mod scripts;
 
 pub use live::{LiveParts, live_parts};
 
+use crate::animation::{self, AnimationSettings};
 use crate::film::Film;
 use crate::markup::escape;
 use crate::palette;
@@ -82,7 +83,9 @@ pub fn drawing(film: &Film) -> Result<String, String> {
 
 /// First frame of a run as an image, hidden unless the page shows it.
 fn still(run: usize, film: &Film) -> String {
-    let picture = crate::animation::still(film, STILL);
+    let settings = AnimationSettings { size: STILL, ..AnimationSettings::default() };
+    let start = film.frames.first().map_or(0.0, |frame| frame.row.time);
+    let picture = animation::still(film, &settings, start).ok();
     let source = picture.map(|png| format!("data:image/png;base64,{}", STANDARD.encode(png)));
     format!(
         "<img class=\"still\" id=\"still-{run}\" alt=\"{}\" src=\"{}\">",

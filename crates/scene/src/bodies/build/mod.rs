@@ -22,6 +22,7 @@ use crate::bodies::shape::BodyShape;
 use crate::choices::StartFrame;
 use crate::coefficients::Each;
 use crate::document::{BODY, Document, USUAL_SEED};
+use crate::robots::Assembled;
 use crate::tables::Random;
 use nalgebra::Vector3;
 use names::Named;
@@ -44,7 +45,7 @@ const MAX_LOOK_TRIANGLES: usize = 2_000_000;
 pub struct BuiltDocument {
     pub document: Document,
     pub drawn: bool,
-    pub robots: Vec<crate::robots::Assembled>,
+    pub robots: Vec<Assembled>,
     /// Notes on decomposed meshes.
     pub notes: Vec<String>,
 }
@@ -115,7 +116,7 @@ pub fn build(mut file: Document, files: Files<'_>) -> Result<BuiltDocument, Stri
     }
     for (index, entry) in file.motors.iter().enumerate() {
         let named = |why: String| format!("motors[{index}]{}.{why}", entry.error_suffix());
-        builder.add_motor(entry).map_err(named)?;
+        builder.add_motor(entry, &robots).map_err(named)?;
     }
     for (index, entry) in file.gears.iter().enumerate() {
         let named = |why: String| format!("gears[{index}]{}.{why}", entry.error_suffix());
@@ -499,11 +500,11 @@ impl<'a> Builder<'a> {
     }
 
     /// Adds the robots of `file`.
-    fn add_robots(&mut self, file: &Document) -> Result<Vec<crate::robots::Assembled>, String> {
+    fn add_robots(&mut self, file: &Document) -> Result<Vec<Assembled>, String> {
         let mut robots = Vec::new();
         for (index, entry) in file.robots.iter().enumerate() {
             let named = |why: String| format!("robots[{index}].{why}");
-            let is_taken = |robot: &crate::robots::Assembled| robot.prefix() == entry.prefix();
+            let is_taken = |robot: &Assembled| robot.prefix() == entry.prefix();
             if robots.iter().any(is_taken) {
                 let prefix = entry.prefix();
                 return Err(named(format!(
@@ -550,9 +551,8 @@ impl<'a> Builder<'a> {
     }
 
     /// Adds the motors of an entry on its axis.
-    fn add_motor(&mut self, entry: &MotorEntry) -> Result<(), String> {
+    fn add_motor(&mut self, entry: &MotorEntry, robots: &[Assembled]) -> Result<(), String> {
         let joints = self.joints(&entry.joint).map_err(|why| format!("joint: {why}"))?;
-        entry.motor()?;
         for joint in joints {
             let of = &self.document.joints[joint];
             let name = of.name().unwrap_or_default();
@@ -560,7 +560,11 @@ impl<'a> Builder<'a> {
             if self.motors.contains(&(joint, place)) {
                 return Err(format!("joint: {name:?} already has a motor on this axis"));
             }
-            self.document.motors.push(entry.on(name));
+            let axis = of.kind.driven()[place].1;
+            let effort = robots.iter().find_map(|robot| robot.effort((joint, axis)));
+            let entry = entry.on(name, effort);
+            entry.motor()?;
+            self.document.motors.push(entry);
             self.motors.push((joint, place));
         }
         Ok(())

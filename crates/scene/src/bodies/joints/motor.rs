@@ -24,8 +24,8 @@ pub struct MotorEntry {
     stiffness: Option<f64>,
     /// Damping (N s/m or N m s/rad).
     damping: Option<f64>,
-    /// Largest force or torque (N or N m).
-    max_force: f64,
+    /// Largest force or torque (N or N m); for a joint of a robot file the default is that of the file.
+    max_force: Option<f64>,
 }
 
 impl MotorEntry {
@@ -38,17 +38,21 @@ impl MotorEntry {
     pub fn exact(joint: &str, axis: Option<&str>, motor: &Motor) -> Self {
         let MotorFields { speed, position, stiffness, damping, max_force } = motor.into();
         let (joint, axis) = (joint.to_owned(), axis.map(str::to_owned));
-        Self { joint, axis, speed, position, stiffness, damping, max_force }
+        Self { joint, axis, speed, position, stiffness, damping, max_force: Some(max_force) }
     }
 
-    /// This entry for the joint `name`.
-    pub fn on(&self, name: &str) -> Self {
-        Self { joint: name.to_owned(), ..self.clone() }
+    /// This entry for the joint `name`, with the force limit `effort` (N or N m) of its file unless it has
+    /// its own.
+    pub fn on(&self, name: &str, effort: Option<f64>) -> Self {
+        let max_force = self.max_force.or(effort);
+        Self { joint: name.to_owned(), max_force, ..self.clone() }
     }
 
     /// Motor in the form of the core.
     pub fn motor(&self) -> Result<Motor, String> {
-        let Self { speed, position, stiffness, damping, max_force, .. } = *self;
+        let Self { speed, position, stiffness, damping, .. } = *self;
+        let max_force =
+            self.max_force.ok_or("max_force: required; the joint has no limit in a file")?;
         MotorFields { speed, position, stiffness, damping, max_force }.motor()
     }
 

@@ -1,6 +1,7 @@
 //! Unit tests of `png.rs`.
 
 use super::*;
+use crate::png::{COMMENT, HEADER};
 
 #[test]
 fn texts_end_at_their_anchor_and_shifted_letters_are_raised() {
