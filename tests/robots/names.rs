@@ -1,5 +1,6 @@
 //! Misspelt and unknown names in the files of robots.
 
+use tumble_robot::model::Robot;
 use tumble_robot::{Reading, read};
 
 const FILE: &str = "<robot name='r'>\n<link name='a'>\n<inertial><mass value='1'/>\
@@ -69,4 +70,38 @@ fn misspelt_names_of_an_mjcf_file_are_answered_with_the_nearest() {
         let why = read(&text, &Reading::none()).unwrap_err();
         assert!(why.contains(said), "{why}");
     }
+}
+
+/// Words of MuJoCo 4: a PID actuator without an integral term is a position actuator; attributes that are 0
+/// have no effect.
+#[test]
+fn newer_words_of_mjcf_are_read_or_refused_by_name() {
+    let file = |joint: &str, geom: &str, actuator: &str| {
+        format!(
+            "<mujoco><worldbody><body><joint name='elbow' {joint}/><geom size='0.1' {geom}/></body>\
+             </worldbody><actuator><{actuator}/></actuator></mujoco>"
+        )
+    };
+    let pid = "pid joint='elbow' kp='3' kv='1'";
+    let refused = [
+        (file("springyield='1'", "", pid), "springyield: springs that yield are not supported"),
+        (file("stiffness='1 2'", "", pid), "stiffness: terms of higher order are not supported"),
+        (file("damping='1 0 2'", "", pid), "damping: terms of higher order are not supported"),
+        (file("", "surfacevel='1 0 0'", pid), "surfacevel: moving surfaces are not read"),
+        (file("", "adhesion='2'", pid), "adhesion: shapes that adhere are not read"),
+        (file("", "", "pid joint='elbow' ki='2'"), "ki: an integral term is not supported"),
+        (file("", "", "dcmotor joint='elbow'"), "<dcmotor>: this actuator is not supported"),
+    ];
+    for (text, said) in refused {
+        let why = read(&text, &Reading::none()).unwrap_err();
+        assert!(why.contains(said), "{why}");
+    }
+    let idle = file("stiffness='1 0' springyield='0'", "surfacevel='0 0 0' adhesion='0'", pid);
+    let [one, other] = [idle, file("stiffness='1'", "", "position joint='elbow' kp='3' kv='1'")]
+        .map(|text| read(&text, &Reading::none()).unwrap());
+    let numbers = |robot: &Robot| {
+        let (joint, motor) = (&robot.joints[0], &robot.actuators[0]);
+        (joint.stiffness, joint.damping, motor.gain, motor.bias, motor.joints.clone())
+    };
+    assert_eq!(numbers(&one), numbers(&other));
 }

@@ -286,7 +286,13 @@ pub trait Attributes {
 
     /// Number of an attribute within bounds. `usual` is the default.
     fn bounded(&self, name: &str, usual: f64, [low, high]: [f64; 2]) -> Parsed<f64> {
-        let number = self.number(name)?.unwrap_or(usual);
+        self.number(name)?;
+        self.first_bounded(name, usual, [low, high])
+    }
+
+    /// The first number of an attribute, within bounds.
+    fn first_bounded(&self, name: &str, usual: f64, [low, high]: [f64; 2]) -> Parsed<f64> {
+        let number = self.numbers(name)?.and_then(|all| all.first().copied()).unwrap_or(usual);
         if (low..=high).contains(&number) {
             Ok(number)
         } else {
@@ -317,6 +323,18 @@ pub trait Attributes {
     /// Value of a required attribute.
     fn needed(&self, name: &str) -> Parsed<&str> {
         self.get(name).ok_or_else(|| self.element().wrong(format!("{name} is needed")))
+    }
+
+    /// Rejects attributes with numbers other than 0 from the number `from` on: each is given by its name and
+    /// the reason.
+    fn refuse_unless_zero(&self, from: usize, unsupported: &[(&str, &str)]) -> Parsed<()> {
+        for (name, why) in unsupported {
+            let numbers = self.numbers(name)?.unwrap_or_default();
+            if numbers.iter().skip(from).any(|number| *number != 0.0) {
+                return Err(self.element().wrong(format!("{name}: {why}")));
+            }
+        }
+        Ok(())
     }
 
     /// Rejects attributes that are listed neither in `read` nor in `idle`, separated by spaces.

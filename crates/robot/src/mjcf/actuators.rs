@@ -22,6 +22,11 @@ impl MjcfReader<'_> {
             let (gain, mut bias) = match &*element.tag {
                 "motor" => (1.0, [0.0; 3]),
                 "position" => position(&read)?,
+                "pid" => {
+                    let why = "an integral term is not supported; leave it out";
+                    read.refuse_unless_zero(0, &[("ki", why)])?;
+                    position(&read)?
+                }
                 "velocity" => {
                     let kv = first(&read, "kv", 1.0)?;
                     (kv, [0.0, 0.0, -kv])
@@ -29,12 +34,14 @@ impl MjcfReader<'_> {
                 "general" => general(&read)?,
                 _ => {
                     return Err(element.wrong(
-                        "this actuator is not supported; use motor, position, velocity or general",
+                        "this actuator is not supported; use motor, position, velocity, pid or general",
                     ));
                 }
             };
+            let is_position = matches!(&*element.tag, "position" | "pid");
             let own = match &*element.tag {
                 "position" => "kp kv dampratio timeconst inheritrange",
+                "pid" => "kp kv ki dampratio inheritrange",
                 "velocity" => "kv",
                 "general" => "dyntype gaintype biastype dynprm gainprm biasprm actdim actearly",
                 _ => "",
@@ -64,7 +71,7 @@ impl MjcfReader<'_> {
                 return Err(element
                     .wrong(format!("gear is {gear:?}; allowed: 1e-9 to 1e9, or -1e9 to -1e-9")));
             }
-            let ratio = read.number("dampratio")?.filter(|_| element.tag == "position");
+            let ratio = read.number("dampratio")?.filter(|_| is_position);
             if let Some(ratio) = ratio.filter(|ratio| *ratio > 0.0) {
                 // Effective mass M and gear g: d = 2 ζ √(k M/g²).
                 let moved = self.moved_alone()?;
@@ -74,7 +81,7 @@ impl MjcfReader<'_> {
             }
             let mut control_range = self.compiler.range(&read, "ctrlrange", "ctrllimited")?;
             let inherited = read.number("inheritrange")?.unwrap_or(0.0);
-            if inherited > 0.0 && element.tag == "position" && control_range.is_none() {
+            if inherited > 0.0 && is_position && control_range.is_none() {
                 let [low, high] = match joints[..] {
                     [(joint, 1.0)] => self.robot.joints[joint].range,
                     _ => None,

@@ -135,7 +135,7 @@ impl MjcfReader<'_> {
     fn read_joint(&mut self, element: &Element, within: &Within<'_>) -> Parsed<()> {
         const READ: &str = "\
             name class type pos axis springdamper stiffness range limited actuatorfrclimited \
-            actuatorfrcrange actuatorgravcomp ref springref armature damping frictionloss align";
+            actuatorfrcrange actuatorgravcomp ref springref springyield armature damping frictionloss align";
         const SOFT: &str = "solreflimit solimplimit solreffriction solimpfriction margin";
         element.refuse_others(READ, &format!("{SOFT} group user"))?;
         let link = within.link;
@@ -188,9 +188,12 @@ impl MjcfReader<'_> {
             let range = self.compiler.range(&read, "range", "limited")?;
             joint.range = range.map(|range| range.map(angle)).filter(|_| self.flags.limits);
         }
+        read.refuse_unless_zero(0, &[("springyield", "springs that yield are not supported")])?;
+        let one = "terms of higher order are not supported; give one number";
+        read.refuse_unless_zero(1, &[("stiffness", one), ("damping", one)])?;
         let [damping, stiffness, friction, armature] =
             ["damping", "stiffness", "frictionloss", "armature"]
-                .map(|field| read.bounded(field, 0.0, [0.0, 1e12]));
+                .map(|field| read.first_bounded(field, 0.0, [0.0, 1e12]));
         let (damping, stiffness, friction) = (damping?, stiffness?, friction?);
         joint.armature = armature?;
         joint.damping = if self.flags.dampers { damping } else { 0.0 };

@@ -18,7 +18,7 @@ fn kind(tag: &str) -> Option<&'static str> {
         "tendon" => Some("tendon"),
         "pair" => Some("pair"),
         "motor" | "position" | "velocity" | "general" | "intvelocity" | "damper" | "cylinder"
-        | "muscle" | "adhesion" | "plugin" => Some("actuator"),
+        | "muscle" | "adhesion" | "plugin" | "pid" | "dcmotor" => Some("actuator"),
         _ => None,
     }
 }

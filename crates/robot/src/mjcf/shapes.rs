@@ -49,11 +49,18 @@ impl MjcfReader<'_> {
         const READ: &str = "\
             name class type contype conaffinity condim group priority size friction mass \
             density shellinertia fromto pos quat axisangle xyaxes zaxis euler mesh fitscale \
-            fluidshape hfield";
+            fluidshape hfield surfacevel adhesion";
         const SOFT: &str = "solmix solref solimp margin gap";
         element.refuse_others(READ, &format!("{SOFT} material rgba user fluidcoef"))?;
         let read = self.defaulted(element, class)?;
         self.note_soft(&read, SOFT);
+        read.refuse_unless_zero(
+            0,
+            &[
+                ("surfacevel", "moving surfaces are not read; use [[surfaces]] of a scenario file"),
+                ("adhesion", "shapes that adhere are not read"),
+            ],
+        )?;
         let usual = if read.get("mesh").is_some() { GeomKind::Mesh } else { GeomKind::Sphere };
         let kind = read.word("type", &KINDS)?.unwrap_or(usual);
         let groups = [group(&read, "contype")?, group(&read, "conaffinity")?];
