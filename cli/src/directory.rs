@@ -16,7 +16,8 @@ use tumble_view::MARK;
 const FILES: [&str; 10] = ["png", "svg", "pdf", "gif", "mp4", "webm", "html", "csv", "json", "zst"];
 
 /// Marks of single files, by their endings.
-const MARKS: [(&str, &str); 7] = [
+const MARKS: [(&str, &str); 8] = [
+    ("csv", "directory,"),
     ("gif", MARK),
     ("html", "<!doctype html>\n<!-- tumble -->"),
     ("mp4", MARK),

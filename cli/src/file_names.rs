@@ -12,6 +12,8 @@ pub const STATE: &str = "state.bin";
 /// Checkpoint of an unfinished run.
 pub const CHECKPOINT: &str = "checkpoint.bin";
 pub const VIEW: &str = "view.html";
+/// Table of the runs of a sweep.
+pub const SWEEP: &str = "sweep.csv";
 /// Still picture of `tumble view --png`.
 pub const STILL: &str = "view.png";
 /// Files of a plan in addition to those of a run.

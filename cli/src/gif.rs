@@ -42,10 +42,10 @@ pub fn check(args: &PictureArgs, rows: u64, time_step: f64) -> Result<(), Failur
     let animation = &args.animation;
     if !args.gif {
         let flags = [
-            ("--gif-speed", animation.gif_speed.is_some()),
-            ("--gif-size", animation.gif_size.is_some()),
-            ("--gif-dark", animation.gif_dark),
-            ("--camera", animation.camera.is_some()),
+            ("gif-speed", animation.gif_speed.is_some()),
+            ("gif-size", animation.gif_size.is_some()),
+            ("gif-dark", animation.gif_dark),
+            ("camera", animation.camera.is_some()),
         ];
         return refuse_flags("a simulation without --gif", &flags);
     }

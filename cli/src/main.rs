@@ -37,6 +37,7 @@ mod schema;
 mod signals;
 mod simulate;
 mod stands;
+mod sweep;
 mod table_file;
 mod usage;
 mod values;
@@ -63,8 +64,8 @@ fn main() -> ExitCode {
 fn run() -> Result<Outcome, Failure> {
     let Some(cli) = usage::parse()? else { return Ok(Outcome::Done) };
     match cli.command {
-        None => simulate::run(&cli.simulate),
-        Some(Command::Run(args)) => simulate::run(&args),
+        None => simulated(&cli.simulate),
+        Some(Command::Run(args)) => simulated(&args),
         Some(Command::New(args)) => new_scene::run(&args),
         Some(Command::Check(args)) => check::run(&args),
         Some(Command::Stands(args)) => stands::run(&args),
@@ -78,4 +79,9 @@ fn run() -> Result<Outcome, Failure> {
         Some(Command::Schema) => schema::run(),
         Some(Command::Completions(args)) => completions::run(&args),
     }
+}
+
+/// Runs a scene once, or for each value of a range.
+fn simulated(args: &args::SimulateArgs) -> Result<Outcome, Failure> {
+    if args.setup.is_sweep() { sweep::run(args) } else { simulate::run(args) }
 }

@@ -4,6 +4,7 @@ use std::process::ExitCode;
 pub use tumble_model::failure::Failure;
 
 /// Result of a command that ran.
+#[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
     /// Success.
     Done,

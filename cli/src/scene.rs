@@ -20,7 +20,7 @@ pub fn from_args(args: &SetupArgs) -> Result<Scene, Failure> {
 
 /// Creates and checks the scene with more fields, which are set last.
 pub fn from_fields(args: &SetupArgs, more: &[FieldOverride]) -> Result<Scene, Failure> {
-    let overrides = [&args.overrides()[..], more].concat();
+    let overrides = [&args.overrides()?[..], more].concat();
     let scene = match args.scene.path() {
         None => {
             let name = args.scene.tutorial.unwrap_or(SceneName::Drop);

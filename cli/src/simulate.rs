@@ -22,15 +22,33 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use tumble_core::mechanics::State;
 use tumble_core::simulation::Simulation;
 use tumble_model::shown;
 use tumble_scene::output::tables::Table;
 use tumble_scene::row_selection::RowSelection;
 use tumble_scene::run_file::RunFile;
 
-/// Runs the default command. A live run is played before its files are opened, and then computed
-/// again.
+/// A run that has ended, with its files.
+pub struct Finished {
+    pub outcome: Outcome,
+    /// Name of the outcome.
+    pub word: &'static str,
+    /// Number of steps that failed or are wild.
+    pub unsolved: u64,
+    /// Names of the bodies, and their states at the end.
+    pub bodies: Vec<String>,
+    pub states: Vec<State>,
+}
+
+/// Runs the default command.
 pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
+    finished(args).map(|run| run.outcome)
+}
+
+/// Runs a scene and writes its files. A live run is played before its files are opened, and then computed
+/// again.
+pub fn finished(args: &SimulateArgs) -> Result<Finished, Failure> {
     let mut prepared = Prepared::new(args)?;
     // Signals are handled before the first file is created, so that an early signal leaves no file.
     raise_on_signals(&prepared.interrupt)?;
@@ -54,13 +72,17 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let open = || Recording::from_run(&states, run_file);
     let drawn = pictures.draw(open, animated, &mut reporter, &prepared.interrupt)?;
     summary.map_or(Ok(()), |summary| output::say(&summary))?;
-    reporter.end(match run.end {
+    let outcome = reporter.end(match run.end {
         RunOutcome::Interrupted => Outcome::Interrupted,
         _ if !drawn => Outcome::Interrupted,
         RunOutcome::Stopped => Outcome::Unconverged,
         RunOutcome::Complete if run.summary.unsolved() > 0 => Outcome::Unconverged,
         RunOutcome::Complete => Outcome::Done,
-    })
+    })?;
+    let Prepared { scene, simulation, .. } = prepared;
+    let (word, unsolved) = (run.end.name(), run.summary.unsolved());
+    let states = simulation.states().to_vec();
+    Ok(Finished { outcome, word, unsolved, bodies: scene.bodies, states })
 }
 
 /// A checked run before its first file.

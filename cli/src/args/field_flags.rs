@@ -152,7 +152,7 @@ const FLAGS: [(&str, &[FieldFlag]); 3] = [
 ];
 
 /// Fields of the scene given by flags.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct FieldFlags {
     /// Fields in the order of the help.
     pub given: Vec<FieldOverride>,

@@ -1,12 +1,14 @@
 //! Command-line arguments and their allowed values.
 
 mod field_flags;
+mod field_values;
 mod files;
 mod plan;
 mod shared;
 mod simulate;
 mod stands;
 
+pub use field_values::FieldValues;
 pub use files::{
     CheckArgs, CompletionsArgs, ConvertArgs, ForcesArgs, GifArgs, MeshArgs, NewArgs, PlotArgs,
     VerifyArgs, ViewArgs,

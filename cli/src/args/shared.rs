@@ -5,7 +5,7 @@ use clap::Args;
 use tumble_view::animation::View;
 
 /// Appearance of an animation, for `simulate` and `gif`.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct AnimationArgs {
     /// Speed of the animation: 0.1 is ten times slower than real time [default: 1].
     #[arg(long, value_name = "FACTOR", value_parser = values::speed, allow_hyphen_values = true)]

@@ -1,6 +1,7 @@
 //! Arguments of a simulation.
 
 use super::field_flags::FieldFlags;
+use super::field_values::FieldValues;
 use super::shared::AnimationArgs;
 use crate::outcome::Failure;
 use crate::values;
@@ -16,7 +17,7 @@ use tumble_scene::overrides::FieldOverride;
 use tumble_scene::row_selection::{RowSelection, TableForm};
 use tumble_scene::settings::RobotSettings;
 
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct SimulateArgs {
     #[command(flatten)]
     pub setup: SetupArgs,
@@ -37,7 +38,7 @@ pub struct SimulateArgs {
 }
 
 /// Scene and solver of a simulation.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct SetupArgs {
     #[command(flatten, next_help_heading = "Scene")]
     pub scene: SceneArgs,
@@ -50,7 +51,7 @@ pub struct SetupArgs {
 }
 
 /// Scene and its fields.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct SceneArgs {
     /// Scene to simulate: a scenario file (TOML, see scenarios/README.md) or a robot (URDF, SDF, MJCF).
     ///
@@ -66,9 +67,10 @@ pub struct SceneArgs {
     /// Field of the scene and its value, for example ground.friction=0.4, bodies.brick.mass=2 or, for the
     /// tutorial's cube, body.mass=2. Entries of a list have their name or their number from 0.
     ///
-    /// Can be repeated.
-    #[arg(long = "set", value_name = "FIELD=VALUE", value_parser = FieldOverride::parse)]
-    pub overrides: Vec<FieldOverride>,
+    /// Can be repeated. A range ground.friction=0.2:0.6:0.1 makes a run for each value, in a directory of
+    /// its own in --out, and the table sweep.csv of their ends.
+    #[arg(long = "set", value_name = "FIELD=VALUE", value_parser = FieldValues::parse)]
+    pub overrides: Vec<FieldValues>,
 }
 
 impl SceneArgs {
@@ -79,7 +81,7 @@ impl SceneArgs {
 }
 
 /// Settings of the solver.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct SolverArgs {
     /// Number of threads of the native solver, 1 to 1024, for bodies that do not touch each other.
     ///
@@ -96,7 +98,7 @@ pub struct SolverArgs {
 }
 
 /// A run that one can touch.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct LiveArgs {
     /// Serve a page on this machine in which bodies can be pulled and constants changed while the
     /// scene runs.
@@ -123,7 +125,7 @@ pub struct LiveArgs {
 }
 
 /// Files of a run.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct OutputArgs {
     /// Directory for the files; created if missing [default: out; with --continue its DIR].
     #[arg(short, long, value_name = "DIR")]
@@ -169,7 +171,7 @@ pub struct OutputArgs {
 }
 
 /// Pictures of a run.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct PictureArgs {
     /// Also write a page that plays the motion in a browser: OUT/view.html.
     #[arg(long)]
@@ -188,6 +190,11 @@ impl SimulateArgs {
     /// Directory for the files.
     pub fn out(&self) -> &Path {
         self.output.out.as_deref().or(self.continued.as_deref()).unwrap_or(Path::new("out"))
+    }
+
+    /// Sets that directory.
+    pub fn set_out(&mut self, out: PathBuf) {
+        self.output.out = Some(out);
     }
 
     /// Time between checkpoints; `None` for no checkpoints.
@@ -216,8 +223,26 @@ impl SimulateArgs {
 
 impl SetupArgs {
     /// Fields of the scene in the flags and in `--set`.
-    pub fn overrides(&self) -> Vec<FieldOverride> {
-        [&self.fields.given[..], &self.scene.overrides].concat()
+    ///
+    /// # Errors
+    /// A range of values.
+    pub fn overrides(&self) -> Result<Vec<FieldOverride>, Failure> {
+        let mut all = self.fields.given.clone();
+        for field in &self.scene.overrides {
+            if field.values.len() > 1 {
+                let path = &field.path;
+                let why =
+                    format!("--set {path}: a range of values is only for tumble run; give one");
+                return Err(Failure::Input(why));
+            }
+            all.push(FieldOverride::parse(&field.text()).map_err(Failure::Input)?);
+        }
+        Ok(all)
+    }
+
+    /// True if a field has a range of values.
+    pub fn is_sweep(&self) -> bool {
+        self.scene.overrides.iter().any(|field| field.values.len() > 1)
     }
 
     /// Number of rows of `--steps`.

@@ -54,6 +54,7 @@ mod static_friction;
 mod streams;
 mod sums;
 mod support;
+mod sweep;
 mod tampering;
 mod threads;
 mod turning_friction;
