@@ -1,6 +1,5 @@
 //! Results of a command.
 
-use std::process::ExitCode;
 pub use tumble_model::failure::Failure;
 
 /// Result of a command that ran.
@@ -17,21 +16,21 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    pub fn exit_code(&self) -> ExitCode {
+    pub fn exit_code(self) -> u8 {
         match self {
-            Self::Done => ExitCode::SUCCESS,
-            Self::Mismatch => ExitCode::from(1),
-            Self::Unconverged => ExitCode::from(3),
-            Self::Interrupted => ExitCode::from(130),
+            Self::Done => 0,
+            Self::Mismatch => 1,
+            Self::Unconverged => 3,
+            Self::Interrupted => 130,
         }
     }
 }
 
 /// Exit code of a command that ended early.
-pub fn exit_code(failure: &Failure) -> ExitCode {
+pub fn exit_code(failure: &Failure) -> u8 {
     match failure {
-        Failure::Input(_) | Failure::Setting { .. } => ExitCode::from(2),
-        Failure::Other(_) => ExitCode::from(1),
+        Failure::Input(_) | Failure::Setting { .. } => 2,
+        Failure::Other(_) => 1,
     }
 }
 

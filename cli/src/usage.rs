@@ -10,8 +10,7 @@ use std::path::Path;
 use tumble_model::nearest;
 
 /// Arguments of the command line. `None` if help or version was printed instead.
-pub fn parse() -> Result<Option<Cli>, Failure> {
-    let arguments: Vec<OsString> = std::env::args_os().collect();
+pub fn parse(arguments: &[OsString]) -> Result<Option<Cli>, Failure> {
     let mut command = Cli::command();
     if arguments.len() <= 1 {
         output::say(&command.render_help().ansi().to_string())?;
@@ -20,7 +19,7 @@ pub fn parse() -> Result<Option<Cli>, Failure> {
     if let Some(sentence) = unknown_command(&command, &arguments[1]) {
         return Err(Failure::Input(sentence));
     }
-    let parsed = command.try_get_matches_from_mut(&arguments);
+    let parsed = command.try_get_matches_from_mut(arguments);
     match parsed.and_then(|matches| Cli::from_arg_matches(&matches)) {
         Ok(cli) => Ok(Some(cli)),
         Err(error) if is_help(&error) => {

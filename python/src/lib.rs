@@ -26,6 +26,14 @@ mod stepping;
 mod watch;
 
 use pyo3::prelude::*;
+use std::ffi::OsString;
+
+/// Runs the command line `tumble` with its arguments, whose first is the name of the program. Returns the
+/// exit code.
+#[pyfunction]
+fn command_line(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
+    py.detach(|| tumble_cli::run(&arguments))
+}
 
 /// The compiled part of tumble.
 #[pymodule]
@@ -54,6 +62,7 @@ fn tumble_module(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(constants::constant_numbers, module)?)?;
     module.add_function(wrap_pyfunction!(run_files::listed_files, module)?)?;
     module.add_function(wrap_pyfunction!(scene::remedy, module)?)?;
+    module.add_function(wrap_pyfunction!(command_line, module)?)?;
     module.add_function(wrap_pyfunction!(plan::plan, module)?)?;
     module.add_function(wrap_pyfunction!(rollout::rollout, module)?)?;
     module.add_function(wrap_pyfunction!(rollout::rollout_gradients, module)?)?;

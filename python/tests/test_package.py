@@ -128,3 +128,16 @@ def test_a_step_from_python_costs_little():
     kept, most = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert kept < 2000 and most < 20_000, (kept, most)
+
+
+def test_the_package_has_the_command_line(tmp_path):
+    def command(*arguments):
+        words = [sys.executable, "-m", "tumble", *arguments]
+        return subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, encoding="utf-8")
+
+    assert command("--version").stdout.startswith(f"tumble {tumble.__version__}")
+    assert command("new", "tower").returncode == 0
+    assert command("run", "tower.toml", "--steps", "20", "--quiet").returncode == 0
+    assert command("verify", "out").returncode == 0
+    wrong = command("run", "twer.toml")
+    assert wrong.returncode == 2 and wrong.stderr.startswith("error: twer.toml")
