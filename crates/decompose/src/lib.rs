@@ -1,6 +1,6 @@
 //! Convex decomposition of closed meshes.
 //!
-//! A mesh with few planar faces is cut along them, exactly. For others, V-HACD (Mamou) cuts the voxels
+//! A prism is cut along its axis, and a mesh with few planar faces along them, exactly. For others, V-HACD (Mamou) cuts the voxels
 //! of a mesh by planes until every part is nearly convex. Each part lies in a box. A piece is the convex
 //! hull of the mesh's solid within such a box, so that its vertices lie on the surface or inside. Pieces
 //! are merged while their common hull is nearly convex and while there are too many.
@@ -24,6 +24,7 @@ mod faces;
 mod fit;
 mod merging;
 mod parts;
+mod prism;
 mod reduced;
 mod settings;
 mod shells;
@@ -63,6 +64,9 @@ pub fn decompose(mesh: &Mesh, settings: &DecompositionSettings) -> Result<Vec<Pi
     shells::refuse(mesh)?;
     let solid = Solid::new(mesh)?;
     let (whole, _) = reduced(mesh.vertices(), MOST_CORNERS)?;
+    if let Some(pieces) = exact_prism(mesh, &solid, settings) {
+        return Ok(pieces);
+    }
     if let Some(pieces) = exact(mesh, &solid, &whole, settings) {
         return Ok(pieces);
     }
@@ -97,6 +101,26 @@ pub fn decompose(mesh: &Mesh, settings: &DecompositionSettings) -> Result<Vec<Pi
     pieces.into_iter().map(fitted).collect()
 }
 
+/// Pieces that fill a prism exactly, if the limits of `settings` and of corners allow it.
+fn exact_prism(mesh: &Mesh, solid: &Solid, settings: &DecompositionSettings) -> Option<Vec<Piece>> {
+    let parts = prism::parts(mesh, solid.extent())?;
+    let corners: usize = parts.iter().map(Vec::len).sum();
+    if parts.len() > settings.pieces as usize || corners > MOST_CORNERS_OF_ALL {
+        return None;
+    }
+    let pieces = parts.iter().map(|part| Piece::hull(part, 0.0).ok());
+    let pieces: Vec<_> = pieces.collect::<Option<_>>()?;
+    is_filled(mesh, &pieces).then_some(pieces)
+}
+
+/// True if the volumes of parts of the solid add up to its own, but for walls as thin as the distance at
+/// which points count as equal.
+fn is_filled(mesh: &Mesh, parts: &[Piece]) -> bool {
+    let volume = MassProperties::from_mesh(mesh).volume;
+    let filled: f64 = parts.iter().map(|part| MassProperties::from_piece(part).volume).sum();
+    (filled - volume).abs() <= LOST * volume
+}
+
 /// Pieces that fill the solid exactly, if few planar faces allow it within the limits of `settings` and
 /// of corners.
 fn exact(
@@ -108,10 +132,7 @@ fn exact(
     let parts = faces::parts(mesh, solid)?;
     let parts = parts.iter().map(|corners| reduced(corners, MOST_CORNERS).ok());
     let parts: Vec<_> = parts.map(|part| Some(part?.0)).collect::<Option<_>>()?;
-    let volume = MassProperties::from_mesh(mesh).volume;
-    let filled: f64 = parts.iter().map(|part| MassProperties::from_piece(part).volume).sum();
-    // Walls as thin as the distance at which planes count as equal are lost.
-    if (filled - volume).abs() > LOST * volume {
+    if !is_filled(mesh, &parts) {
         return None;
     }
     let exact = DecompositionSettings { concavity: ROUNDING, pieces: u32::MAX, ..*settings };

@@ -268,3 +268,43 @@ fn every_resolution_and_attitude_has_pieces() {
         }
     }
 }
+
+/// A wheel of 24 teeth whose flanks are curved outwards, triangulated as fans of the teeth and of the
+/// middle: more faces than the cuts along planes allow.
+#[test]
+fn a_prism_is_cut_exactly() {
+    const TEETH: usize = 24;
+    const FLANK: usize = 5;
+    let polar = |radius: f64, turn: f64| [radius * turn.cos(), radius * turn.sin()];
+    let mut polygon = Vec::new();
+    for tooth in 0..TEETH {
+        for point in 0..2 * FLANK {
+            let across = point as f64 / (2 * FLANK - 1) as f64;
+            let height = 0.2 * (1.0 - (2.0 * across - 1.0).powi(2));
+            let turn = TAU * (tooth as f64 + 0.7 * across) / TEETH as f64;
+            polygon.push(polar(1.0 + height, turn));
+        }
+    }
+    let count = polygon.len();
+    let mut caps = Vec::new();
+    let root = |tooth: usize, end: usize| (tooth % TEETH) * 2 * FLANK + end * (2 * FLANK - 1);
+    for tooth in 0..TEETH {
+        let first = root(tooth, 0);
+        caps.extend((1..2 * FLANK - 1).map(|k| [first, first + k, first + k + 1]));
+    }
+    let inner: Vec<_> = (0..TEETH).flat_map(|tooth| [root(tooth, 0), root(tooth, 1)]).collect();
+    caps.extend((1..inner.len() - 1).map(|k| [inner[0], inner[k], inner[k + 1]]));
+    let turn = Rotation3::from_euler_angles(0.3, -0.7, 1.1);
+    let flat = prism(&polygon, &caps);
+    let vertices = flat.vertices().iter().map(|vertex| turn * vertex).collect();
+    let mesh = Mesh::new(vertices, flat.triangles().to_vec()).unwrap();
+    let pieces = decompose(&mesh, &DecompositionSettings::default()).unwrap();
+    // 24 teeth, and a middle of 48 corners.
+    assert!((25..=27).contains(&pieces.len()), "{} pieces of {count} corners", pieces.len());
+    let fit = Fit::new(&pieces, &mesh).unwrap();
+    assert!((fit.volume_ratio - 1.0).abs() < 1e-12 && fit.outside < 1e-9, "{fit:?}");
+    // Too many teeth for the pieces: the approximation is used.
+    let mut few = settings(16);
+    few.pieces = 20;
+    assert!(decompose(&mesh, &few).unwrap().len() <= 20);
+}
