@@ -80,9 +80,9 @@ pub fn finished(args: &SimulateArgs) -> Result<Finished, Failure> {
         RunOutcome::Complete => Outcome::Done,
     })?;
     let Prepared { scene, simulation, .. } = prepared;
-    let (word, unsolved) = (run.end.name(), run.summary.unsolved());
     let states = simulation.states().to_vec();
-    Ok(Finished { outcome, word, unsolved, bodies: scene.bodies, states })
+    let unsolved = run.summary.unsolved();
+    Ok(Finished { outcome, word: run.end.name(), unsolved, bodies: scene.bodies, states })
 }
 
 /// A checked run before its first file.

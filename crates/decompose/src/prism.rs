@@ -18,11 +18,11 @@ const MOST_DIRECTIONS: usize = 8;
 /// Corners of convex parts that fill the solid of `mesh`, of the size `extent` (m); `None` if it is no prism.
 pub fn parts(mesh: &Mesh, extent: f64) -> Option<Vec<Vec<Vector3<f64>>>> {
     let equal = EQUAL * extent;
-    let (vertices, triangles) = (mesh.vertices(), mesh.triangles());
+    let vertices = mesh.vertices();
     let area = |[a, b, c]: &[usize; 3]| {
         (vertices[*b] - vertices[*a]).cross(&(vertices[*c] - vertices[*a]))
     };
-    let mut areas: Vec<_> = triangles.iter().map(area).collect();
+    let mut areas: Vec<_> = mesh.triangles().iter().map(area).collect();
     areas.sort_by(|a, b| b.norm().total_cmp(&a.norm()));
     let mut directions: Vec<Vector3<f64>> = Vec::new();
     for normal in areas.iter().filter_map(|area| area.try_normalize(0.0)) {
