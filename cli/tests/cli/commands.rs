@@ -388,8 +388,8 @@ fn files_of_other_programs_are_answered_with_a_remedy() {
     let here = directory.path();
     for (name, remedy) in [
         ("part.STEP", "export the part as .stl"),
-        ("part.ply", "save it as .stl or .obj"),
-        ("part.glb", "save it as .stl or .obj"),
+        ("part.ply", "assimp export FILE PART.stl"),
+        ("part.glb", "assimp export FILE PART.stl"),
         ("part.stl", "`tumble convert` makes a scene of it"),
     ] {
         fs::write(here.join(name), [0xff, 0xfe, 0]).unwrap();

@@ -273,6 +273,11 @@ fn parts_without_a_scale_are_asked_about_millimetres() {
     fs::write(directory.path().join("scene.toml"), scene(2700.0, "")).unwrap();
     let words = ["bodies[0].mass is ", "allowed: 1e-9 to 1e9", question];
     run_in(&directory, &["check", "scene.toml"]).assert_refused(2, &words);
+    let plate = "steps = 3\n[[bodies]]\nname = \"plate\"\nbox = [80, 40, 20]\ndensity = 7800\nposition = [0, 0, 0]\n";
+    fs::write(directory.path().join("scene.toml"), plate).unwrap();
+    let end = run_in(&directory, &["check", "scene.toml"]);
+    let note = "plate is 80 m long and has 499200 t; lengths are in m, not in millimetres";
+    assert!(end.code == Some(0) && end.stdout.contains(note), "{end:?}");
     let convert = ["convert", "ring.obj", "out.toml", "--density", "2700"];
     run_in(&directory, &convert).assert_refused(2, &[&words[..], &["--scale 0.001"]].concat());
 }

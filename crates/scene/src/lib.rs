@@ -77,11 +77,13 @@ pub(crate) fn ending(path: &Path) -> String {
 pub fn remedy(path: &Path) -> Option<&'static str> {
     match &*ending(path) {
         "obj" | "stl" => Some("it is a mesh; `tumble convert` makes a scene of it"),
-        "step" | "stp" | "iges" | "igs" | "fcstd" | "sldprt" => {
-            Some("CAD files are not read; export the part as .stl, then use `tumble convert`")
-        }
+        "step" | "stp" | "iges" | "igs" | "fcstd" | "sldprt" => Some(
+            "CAD files are not read; export the part as .stl, or convert it by \
+                  `gmsh -2 FILE -o PART.stl` (Debian package gmsh)",
+        ),
         "ply" | "glb" | "gltf" | "dae" | "3mf" | "off" | "fbx" | "msh" => Some(
-            "this mesh format is not read here; save it as .stl or .obj, then use `tumble convert`",
+            "this mesh format is not read; convert it by `assimp export FILE PART.stl` (Debian \
+             package assimp-utils)",
         ),
         _ => None,
     }

@@ -527,10 +527,6 @@ pub fn in_mesh(files: &Files<'_>, name: &str, why: &dyn std::fmt::Display) -> St
     format!("mesh: {}: {why}", shown::path(&files.folder.join(name)))
 }
 
-/// Remedy for a mesh in another format.
-const NEEDED_MESH: &str =
-    "a file name that ends in .obj or .stl is needed; export the part in one of these formats";
-
 /// Content of an OBJ or STL file of at most `most` bytes, parsed by its ending.
 pub fn read_triangles<T>(
     files: &Files<'_>,
@@ -548,7 +544,10 @@ pub fn read_triangles<T>(
             parse_obj(&text)
         }
         "stl" => parse_stl(&bytes),
-        _ => return Err(invalid(&NEEDED_MESH)),
+        _ => {
+            let needed = "a file name that ends in .obj or .stl is needed";
+            return Err(invalid(&crate::remedy(path).unwrap_or(needed)));
+        }
     };
     parsed.map_err(|error| invalid(&error))
 }

@@ -45,6 +45,9 @@ fn refuse_overlapping_pieces(shape: &BodyShape, entry: &BodyEntry) -> Result<(),
 /// Length above which a part is probably in millimetres (m).
 pub const LARGEST_PART: f64 = 10.0;
 
+/// Mass above which a part of such a length is probably in millimetres (kg).
+pub const HEAVIEST_PART: f64 = 1e6;
+
 /// Question about the unit of a mesh that is given without a scale.
 pub const MILLIMETRES: &str = "is the file in millimetres? Then add `scale = 0.001`";
 

@@ -15,7 +15,7 @@ use super::entries::{
 use super::exact::Owner;
 use super::gears::{GearEntry, MOST_GEARS};
 use super::joints::{JointEntry, MotorEntry};
-use super::masses::{MILLIMETRES, mass_properties, size_of_large_part};
+use super::masses::{HEAVIEST_PART, MILLIMETRES, mass_properties, size_of_large_part};
 use super::terrain::TerrainEntry;
 use crate::bodies::place::Place;
 use crate::bodies::shape::BodyShape;
@@ -224,6 +224,15 @@ impl<'a> Builder<'a> {
         let (mass, inertia, centre) = properties?;
         if let Some((file, length)) = large {
             self.notes.push(format!("{file} is {} m long; {MILLIMETRES}", shown::rounded(length)));
+        } else if entry.mesh.is_none()
+            && mass > HEAVIEST_PART
+            && let Some(length) = size_of_large_part(&shape)
+        {
+            let [length, tonnes] = [length, mass / 1000.0].map(shown::rounded);
+            let name = entry.name.as_deref().unwrap_or(at);
+            self.notes.push(format!(
+                "{name} is {length} m long and has {tonnes} t; lengths are in m, not in millimetres"
+            ));
         }
         if let Some(load) = &entry.load {
             load.load().map_err(named)?;
