@@ -399,10 +399,8 @@ fn files_of_other_programs_are_answered_with_a_remedy() {
         );
         fs::write(here.join("scene.toml"), text).unwrap();
         if !name.ends_with("stl") {
-            run_in(here, &["convert", name, "out.toml"])
-                .assert_refused(2, &[name, "`tumble convert`"]);
-            run_in(here, &["run", "scene.toml"])
-                .assert_refused(2, &[name, ".obj or .stl", "export"]);
+            run_in(here, &["convert", name, "out.toml"]).assert_refused(2, &[name, remedy]);
+            run_in(here, &["run", "scene.toml"]).assert_refused(2, &[name, remedy]);
         }
     }
     fs::write(here.join("robot.urdf"), b"<robot name=\"gr\xfcn\"/>").unwrap();

@@ -204,6 +204,7 @@ impl<'a> Builder<'a> {
     /// Adds the bodies of one `[[bodies]]` table: one body per copy.
     fn add_bodies(&mut self, at: &str, mut entry: BodyEntry) -> Result<(), String> {
         let named = |why: String| format!("{at}.{why}");
+        let has_mesh = entry.mesh.is_some();
         let unscaled = entry.mesh.as_ref().filter(|_| entry.scale.is_none());
         let unscaled = unscaled.and_then(MeshValue::file).cloned();
         let known = entry.shape.take().map(|name| self.body_named("shape", &name)).transpose();
@@ -224,7 +225,7 @@ impl<'a> Builder<'a> {
         let (mass, inertia, centre) = properties?;
         if let Some((file, length)) = large {
             self.notes.push(format!("{file} is {} m long; {MILLIMETRES}", shown::rounded(length)));
-        } else if entry.mesh.is_none()
+        } else if !has_mesh
             && mass > HEAVIEST_PART
             && let Some(length) = size_of_large_part(&shape)
         {
