@@ -37,6 +37,16 @@ impl Scale {
         Self { weight, longest: 1.5 * reach }
     }
 
+    /// Common scale of films that are compared: the larger reference force and length.
+    pub fn from_films(films: &[&Film]) -> Self {
+        let all = films.iter().map(|film| Self::from_film(film));
+        let larger = |a: Self, b: Self| Self {
+            weight: a.weight.max(b.weight),
+            longest: a.longest.max(b.longest),
+        };
+        all.reduce(larger).unwrap_or(Self { weight: f64::MIN_POSITIVE, longest: 0.0 })
+    }
+
     /// Arrow of a force.
     pub fn arrow(&self, force: &Vector3<f64>) -> Vector3<f64> {
         let root = (force.norm() / self.weight).sqrt();

@@ -147,7 +147,7 @@ impl PageData {
         Self {
             version: version.to_owned(),
             statuses: StepStatus::ALL.map(StepStatus::name).into(),
-            runs: films.iter().map(|film| RunData::new(film)).collect(),
+            runs: films.iter().map(|film| RunData::new(film, Scale::from_films(films))).collect(),
             sheets,
         }
     }
@@ -226,7 +226,8 @@ impl MeshData {
 }
 
 impl RunData {
-    pub fn new(film: &Film) -> Self {
+    /// Data of a film whose arrows have the lengths of `scale`.
+    pub fn new(film: &Film, scale: Scale) -> Self {
         let steps = StepStatus::ALL.iter().filter(|status| **status != StepStatus::End);
         let counts = steps.map(|status| {
             (status.name(), film.steps().iter().filter(|step| step.row.status == *status).count())
@@ -252,7 +253,6 @@ impl RunData {
             anchor: joint.frames()[0].anchor.into(),
             axis: axis(joint).map(Into::into),
         };
-        let scale = Scale::from_film(film);
         let ground = film.ground.as_ref();
         let ground = ground
             .map(|plane| PageGround { normal: arrayed(plane.normal()), offset: plane.offset() });

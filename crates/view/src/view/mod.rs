@@ -17,6 +17,7 @@ pub use live::{LiveParts, live_parts};
 
 use crate::animation::{self, AnimationSettings};
 use crate::film::Film;
+use crate::forces::Scale;
 use crate::markup::escape;
 use crate::palette;
 use base64::Engine as _;
@@ -78,7 +79,8 @@ pub fn page(version: &str, films: &[&Film]) -> Result<String, String> {
 /// # Errors
 /// Failure to serialise the data, in words.
 pub fn drawing(film: &Film) -> Result<String, String> {
-    serde_json::to_string(&data::RunData::new(film)).map_err(|error| error.to_string())
+    serde_json::to_string(&data::RunData::new(film, Scale::from_films(&[film])))
+        .map_err(|error| error.to_string())
 }
 
 /// First frame of a run as an image, hidden unless the page shows it.

@@ -5,7 +5,7 @@ const colours = {};
 function readColours() {
   const style = getComputedStyle(document.documentElement);
   const names = [
-    "ink faint sky ground grid shadow shadow-depth trail force seam joint chosen still card line accent",
+    "ink faint sky ground grid shadow shadow-depth trail force joint-force seam joint chosen still card line accent",
     "plot-grid run-a run-b run-a-other run-b-other retried fallback substepped wild failed",
   ];
   for (const name of names.join(" ").split(" ")) {

@@ -28,10 +28,11 @@ const KEYS = [
   { keys: ["c"], name: "c", words: "follow the body", act: () => toggle("follow") },
   { keys: ["b"], name: "b", words: "frames of the bodies", act: () => toggle("frames") },
   { keys: ["e"], name: "e", words: "forces at points or of faces", act: () => toggle("points") },
+  { keys: ["h"], name: "h", words: "sizes of forces", act: () => toggle("values") },
   { keys: ["m"], name: "m", words: "places of the contacts", act: () => toggle("contacts") },
   { keys: ["k"], name: "k", words: "friction cones", act: () => toggle("cones") },
   ...(hasJoints
-    ? [{ keys: ["j"], name: "j", words: "anchors, axes and forces of joints", act: () => toggle("joints") }]
+    ? [{ keys: ["j"], name: "j", words: "anchors, axes and forces of joints (violet)", act: () => toggle("joints") }]
     : []),
   ...(runs.some((run) => run.hasCollision)
     ? [{ keys: ["g"], name: "g", words: "collision pieces", act: () => toggle("collision") }]

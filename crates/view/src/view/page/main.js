@@ -28,6 +28,8 @@ const show = {
   contacts: false,
   // True for a force at each point instead of one resultant a face.
   points: false,
+  // True for the size of each force at its arrow.
+  values: false,
   cones: false,
   joints: true,
   // True for the pieces that touch instead of the looks of bodies.
@@ -50,7 +52,7 @@ const show = {
 // The first direction is that of the animation.
 const camera = new Camera(runs[0].data.view);
 const TOGGLES = [
-  ...["forces", "trail", "follow", "overlay", "names", "frames", "collision", "contacts", "points", "cones"],
+  ...["forces", "trail", "follow", "overlay", "names", "frames", "collision", "contacts", "points", "values", "cones"],
   ...["joints", "only", "several"],
 ];
 // Body whose plots and state are shown: without a choice, the first that moves.

@@ -146,7 +146,7 @@ class Stage {
     this.arms = clouds ? new Lines() : null;
     if (clouds) this.scene.add(this.points, this.arms);
     // Hidden overlays are faint.
-    this.arrows = { hidden: [new Arrows()], seen: [new Arrows(), new Arrows()] };
+    this.arrows = { hidden: [new Arrows()], seen: [new Arrows(), new Arrows()], ofJoints: [new Arrows(), new Arrows()] };
     this.contacts = { hidden: new Dots().through(), seen: new Dots().through() };
     this.cones = new Cones();
     this.arcs = new Lines().through();
@@ -155,7 +155,8 @@ class Stage {
     this.joints = { axes: new Lines().through(), anchors: new Dots().through() };
     const { arrows, contacts, frames } = this;
     const { axes, anchors } = this.joints;
-    const overlays = [arrows.hidden, contacts.hidden, axes, anchors, this.arcs, arrows.seen, contacts.seen, frames].flat();
+    const { hidden, seen, ofJoints } = arrows;
+    const overlays = [hidden, contacts.hidden, axes, anchors, ofJoints, this.arcs, seen, contacts.seen, frames].flat();
     overlays.forEach((overlay, i) => {
       overlay.renderOrder = 10 + i;
       this.scene.add(overlay);
@@ -181,14 +182,16 @@ class Stage {
     }
     this.points?.look({ colour: colours.joint, rim: colours.joint, width: 7 });
     this.arms?.look({ colour: colours.faint, width: 2 });
-    const [seam, seen] = this.arrows.seen;
     // Arrows of many bodies are thinner.
     const count = this.members.reduce((sum, run) => sum + run.bodies.length, 0);
     const width = 2.6 - 0.17 * Math.log2(count);
     this.arcs.look({ colour: colours.force, width: 2 });
     this.arrows.hidden[0].look({ colour: colours.force, width, alpha: 0.25 });
-    seam.look({ colour: colours.seam, width, seam: 1, alpha: 0.75 });
-    seen.look({ colour: colours.force, width });
+    for (const [among, name] of [["seen", "force"], ["ofJoints", "joint-force"]]) {
+      const [seam, arrow] = this.arrows[among];
+      seam.look({ colour: colours.seam, width, seam: 1, alpha: 0.75 });
+      arrow.look({ colour: colours[name], width });
+    }
     const ring = { colour: colours.seam, rim: colours.force, width: 8 };
     this.contacts.hidden.look({ ...ring, alpha: 0.3 });
     this.contacts.seen.look(ring);
@@ -280,7 +283,8 @@ class Stage {
 
   // Sets arrows, contact points and friction cones.
   paintForces(time, before, show, occluders) {
-    const forces = { hidden: [], seen: [] };
+    const forces = { hidden: [], seen: [], ofJoints: [] };
+    this.sizes = [];
     const touched = { hidden: [], seen: [] };
     const [cones, arcs] = [[], []];
     const eye = this.eye.position.toArray();
@@ -300,8 +304,10 @@ class Stage {
       for (const one of show.forces ? (isPlaying ? fading : drawn) : []) {
         const at = local(one.point);
         // A resultant is inside its face and is seen through both bodies.
-        const among = hides(one, at, show.points ? [] : [one.body, one.partner].filter((body) => body >= 0));
+        const bodies = show.points ? [] : [one.body, one.partner].filter((body) => body >= 0);
+        const among = one.isOfJoint ? "ofJoints" : hides(one, at, bodies);
         addArrows(run, one, at, one.share ?? 1, show.chosen, forces[among]);
+        if (show.values && among !== "hidden") this.sizes.push({ ...one, tip: add(at, run.arrow(one.force)) });
         addArc(run, one, at, arcs);
       }
       for (const one of show.contacts || show.cones ? found : []) {
@@ -310,8 +316,10 @@ class Stage {
         if (show.cones) cones.push(coneOf(run, one, at));
       }
     });
-    for (const among of ["hidden", "seen"]) {
+    for (const among of ["hidden", "seen", "ofJoints"]) {
       for (const overlay of this.arrows[among]) overlay.set(forces[among]);
+    }
+    for (const among of ["hidden", "seen"]) {
       this.contacts[among].set(show.contacts ? touched[among] : []);
     }
     this.cones.set(cones);
@@ -394,8 +402,14 @@ class Stage {
       const isChosen = show.chosen.includes(body);
       return { body, text: run.bodies[body].name, isChosen, x, y, distance: spot.z };
     });
+    // Sizes of the forces at the tips of their arrows.
+    const values = this.sizes.map(({ site, force, tip }) => {
+      const spot = new THREE.Vector3(...tip).project(this.eye);
+      const [x, y] = [0.5 * (1 + spot.x) * width, 0.5 * (1 - spot.y) * height];
+      return { body: `force ${site}`, text: `${number(length(force), 3)} N`, isChosen: false, x, y, distance: spot.z };
+    });
     const isSeen = ({ x, y, distance }) => isFinitePoint([x, y, distance]) && Math.abs(distance) <= 1;
-    this.labels.show(names.filter(isSeen), [width, height]);
+    this.labels.show([...names, ...values].filter(isSeen), [width, height]);
   }
 
   // Index of the body at a picture position; −1 if there is none.
