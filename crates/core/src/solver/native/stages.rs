@@ -3,8 +3,8 @@
 //! 1. Newton's method from the last impulses, unless these are already the solution (`previous`);
 //! 2. the proximal point method from the last impulses (`proximal point`; for one body at the end);
 //! 3. Newton's method from zero impulses (`zero`);
-//! 4. with joints, the method of multipliers from zero impulses (`multipliers`);
-//! 5. an interior point method from several centres, then Newton's method (`interior point`);
+//! 4. an interior point method from several centres, then Newton's method (`interior point`);
+//! 5. with joints, the method of multipliers from zero impulses (`multipliers`), without contacts before 4;
 //! 6. the proximal point method from the best point so far (`best point`).
 //!
 //! The first stage that leads to a solution ends the loop. Equation numbers refer to
@@ -102,11 +102,14 @@ fn runs(
         (None, Some(Stage::Proximal))
     };
     let multipliers = settings.has_multipliers.then_some(Stage::Multipliers);
-    let rest = [Some(Stage::Previous), second, Some(Stage::Zero), multipliers];
+    // Without contacts they solve a convex problem. Otherwise they seldom lead to a solution.
+    let (early, late) = if has_contacts { (None, multipliers) } else { (multipliers, None) };
+    let rest = [Some(Stage::Previous), second, Some(Stage::Zero), early];
     let rest = rest.into_iter().flatten();
     // Joint rows have no interior, so that all centres lead to the same point.
     let centres = CENTRES.into_iter().take(if has_contacts { CENTRES.len() } else { 1 });
-    let rest = rest.chain(centres.map(Stage::InteriorPoint)).chain([Stage::Best]).chain(last);
+    let rest = rest.chain(centres.map(Stage::InteriorPoint)).chain(late);
+    let rest = rest.chain([Stage::Best]).chain(last);
     let all = first.into_iter().chain(rest.filter(move |stage| first != Some(*stage)));
     let rolling = all.clone().take(if can_roll { ROLLING_STAGES } else { 0 });
     let rolling = rolling.map(|stage| StageRun { stage, equal_compliance: false });
