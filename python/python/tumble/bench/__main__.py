@@ -53,6 +53,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         pythons = _pythons(options.python, engines)
         if not options.limit > 0.0 or options.jobs < 1:
             raise TumbleError("--limit and --jobs need positive numbers")
+        for folder in (options.out, options.submit):
+            if folder is not None:
+                folder.mkdir(parents=True, exist_ok=True)
         selected = [case for case in cases if case.name in names]
         total, done = len(selected) * len(engines), 0
 

@@ -6,6 +6,7 @@ the table. Adapters outside the package have the same form: ``python -m tumble.b
 
 from __future__ import annotations
 
+import re
 import sys
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
@@ -97,4 +98,6 @@ def adapter_engines(path: Path) -> list[Engine]:
         for field in ("name", "settings", "compliant"):
             if not hasattr(one, field):
                 raise TumbleError(f"{path}: {type(one).__name__} has no {field}; add it to the class")
+        if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]*", str(one.name)):
+            raise TumbleError(f"{path}: the name {one.name!r} names a file; use letters, digits, '-', '_' and '.'")
     return found
