@@ -192,6 +192,19 @@ def test_a_folder_that_cannot_be_written_is_refused_before_the_run(tmp_path, cap
         assert "file" in capsys.readouterr().err
 
 
+def test_a_run_that_is_stopped_keeps_the_results_of_engines_that_have_ended(template, tmp_path, monkeypatch):
+    def stop(outcome):
+        if outcome.engine == "my-engine":
+            raise KeyboardInterrupt
+        return ""
+
+    monkeypatch.setattr(__main__, "_said", stop)
+    options = ["--engines", "tumble,my-engine", "--cases", "incline-slips", "--jobs", "1"]
+    with pytest.raises(KeyboardInterrupt):
+        __main__.main([*options, "--adapter", str(template[0]), "--submit", str(tmp_path)])
+    assert [path.name for path in tmp_path.iterdir()] == ["tumble.zip"]
+
+
 @pytest.mark.parametrize(
     "text, said",
     [

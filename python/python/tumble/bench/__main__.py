@@ -14,7 +14,7 @@ from pathlib import Path
 from .._tumble import TumbleError
 from ._case import Case, all_cases, chosen
 from ._report import facts, summary, write
-from ._runner import adapter_names, run
+from ._runner import Report, adapter_names, run
 from ._submission import submitted
 from ._verdict import RIGHT, VERDICTS, WRONG, Outcome
 from .engines import MODULES
@@ -53,9 +53,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         pythons = _pythons(options.python, engines)
         if not options.limit > 0.0 or options.jobs < 1:
             raise TumbleError("--limit and --jobs need positive numbers")
-        for folder in (options.out, options.submit):
-            if folder is not None:
-                folder.mkdir(parents=True, exist_ok=True)
+        for target in filter(None, (options.out, options.submit)):
+            target.mkdir(parents=True, exist_ok=True)
         selected = [case for case in cases if case.name in names]
         total, done = len(selected) * len(engines), 0
 
@@ -65,9 +64,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
             if not options.quiet:
                 print(f"{done:4d}/{total} {outcome.engine:14} {outcome.case:24} {_said(outcome)}", file=sys.stderr)
 
+        def finished(report: Report, name: str) -> None:
+            if options.submit is not None:
+                about = facts(time.perf_counter() - begin)
+                print(f"wrote {submitted(report, name, Path(folder), options.submit, adapters.get(name), about)}")
+
         begin = time.perf_counter()
         with tempfile.TemporaryDirectory() as folder:
-            motions = None if options.submit is None else Path(folder)
             report = run(
                 engines,
                 selected,
@@ -75,16 +78,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 limit=options.limit,
                 jobs=options.jobs,
                 progress=progress,
+                finished=finished,
                 adapters=adapters,
-                keep=motions,
+                keep=None if options.submit is None else Path(folder),
             )
-            seconds = time.perf_counter() - begin
-            print(summary(report))
-            paths = [] if options.out is None else write(report, options.out, seconds)
-            if motions is not None:
-                paths += submitted(report, motions, options.submit, adapters, facts(seconds))
-            for path in paths:
-                print(f"wrote {path}")
+        print(summary(report))
+        for path in [] if options.out is None else write(report, options.out, time.perf_counter() - begin):
+            print(f"wrote {path}")
     except (TumbleError, OSError) as error:
         print(f"tumble.bench: {error}", file=sys.stderr)
         return 2

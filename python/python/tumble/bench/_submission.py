@@ -43,30 +43,24 @@ UNREADABLE = (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, KeyError, 
 
 
 def submitted(
-    report: Report, motions: Path, folder: Path, adapters: Mapping[str, Path], about: Mapping[str, str]
-) -> list[Path]:
-    """Writes a result file for each engine that ran, and returns the paths."""
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = []
-    for name, engine in report.engines.items():
-        if "version" not in engine:
-            continue
-        found: dict[str, Any] = {"format": FORMAT, "engine": {"name": name, **engine}, "about": dict(about), "cases": {}}
-        memory = io.BytesIO()
-        with zipfile.ZipFile(memory, "w", zipfile.ZIP_STORED) as archive:
-            for case in report.cases:
-                motion = motions / name / f"{case.name}.npz"
-                arrays = _arrays(motion.read_bytes()) if motion.is_file() else {}
-                found["cases"][case.name] = _stated(case, report.outcomes[name][case.name], arrays)
-                if arrays:
-                    archive.write(motion, motion.name)
-            if name in adapters:
-                text = adapters[name].read_bytes()
-                found["engine"]["adapter_sha256"] = hashlib.sha256(text).hexdigest()
-                archive.writestr("adapter.py", text)
-            archive.writestr("result.json", json.dumps(found, indent=1, ensure_ascii=False) + "\n")
-        paths.append(written(folder / f"{name}.zip", memory.getvalue()))
-    return paths
+    report: Report, name: str, motions: Path, folder: Path, adapter: Path | None, about: Mapping[str, str]
+) -> Path:
+    """Writes the result file of an engine that ran, and returns its path."""
+    found: dict[str, Any] = {"format": FORMAT, "engine": {"name": name, **report.engines[name]}, "about": dict(about), "cases": {}}
+    memory = io.BytesIO()
+    with zipfile.ZipFile(memory, "w", zipfile.ZIP_STORED) as archive:
+        for case in report.cases:
+            motion = motions / name / f"{case.name}.npz"
+            arrays = _arrays(motion.read_bytes()) if motion.is_file() else {}
+            found["cases"][case.name] = _stated(case, report.outcomes[name][case.name], arrays)
+            if arrays:
+                archive.write(motion, motion.name)
+        if adapter is not None:
+            text = adapter.read_bytes()
+            found["engine"]["adapter_sha256"] = hashlib.sha256(text).hexdigest()
+            archive.writestr("adapter.py", text)
+        archive.writestr("result.json", json.dumps(found, indent=1, ensure_ascii=False) + "\n")
+    return written(folder / f"{name}.zip", memory.getvalue())
 
 
 def _stated(case: Case, outcome: Outcome, arrays: Mapping[str, Floats]) -> dict[str, Any]:
