@@ -231,6 +231,24 @@ def test_adapters_that_are_refused(tmp_path, capsys, text, said):
     assert f"--adapter {path} does not load" in error and said in error
 
 
+@pytest.mark.parametrize(
+    "line, limit, verdict",
+    [
+        ("import time; time.sleep(1.0)", 0.8, "right"),
+        ("import time; time.sleep(60.0)", 0.2, "time limit"),
+        ("while True: pass", 0.8, "time limit"),
+    ],
+)
+def test_a_case_is_stopped_by_its_processor_time_or_a_long_wait(template, tmp_path, line, limit, verdict):
+    path = tmp_path / "mine.py"
+    path.write_text(template[0].read_text().replace("        return Motion(", f"        {line}\n        return Motion("))
+    options = ["--engines", "my-engine", "--cases", "projectile", "--limit", limit, "--out", tmp_path]
+    done = bench("--adapter", path, *options)
+    assert done.returncode == 0, done.stderr
+    (outcome,) = json.loads((tmp_path / "bench.json").read_text())["accuracy"]["my-engine"].values()
+    assert outcome["verdict"] == verdict
+
+
 def test_an_adapter_cannot_take_the_name_of_another_engine(template, tmp_path, capsys):
     path = tmp_path / "mine.py"
     path.write_text(template[0].read_text().replace('"my-engine"', '"tumble"'))

@@ -21,7 +21,7 @@ from .engines import MODULES
 
 DESCRIPTION = """Runs cases of rigid contact with known answers on all engines that are installed.
 
-Each engine and case has a process of its own with a time limit. A verdict is one of:
+Each engine and case has a process of its own with a limit of processor time. A verdict is one of:
 """
 EPILOG = """examples:
   python -m tumble.bench --out results
@@ -109,7 +109,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--adapter", action="append", default=[], type=Path, metavar="FILE", help="file of an engine of one's own (repeatable)")
     add("--template", action="store_true", help="print an adapter to begin with, and run nothing")
     add("--submit", type=Path, metavar="DIR", help="write a result file with all motions for each engine, DIR/ENGINE.zip")
-    add("--limit", type=float, default=120.0, metavar="S", help="time limit of a case, s (default: 120)")
+    add("--limit", type=float, default=120.0, metavar="S", help="processor time of a case, s (default: 120)")
     add("--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="engines at a time (default: all cores)")
     add(
         "--python",
