@@ -20,7 +20,7 @@ from tumble.bench._report import cell
 from tumble.bench._solids import solid
 from tumble.bench._verdict import RIGHT, WRONG, YIELDS, judged
 from tumble.bench._worker import measure
-from tumble.bench.engines import MODULES, Engine, Motion, engine
+from tumble.bench.engines import MODULES, Engine, Motion, engine, native
 from tumble.bench.engines._program import boxes
 from tumble.bench.speed import deepest_overlap
 
@@ -287,6 +287,16 @@ def test_the_section_on_speed_times_and_measures(tmp_path, capsys):
     capsys.readouterr()
     assert speed.main(["--engines", "none"]) == 2
     assert "no engine 'none'" in capsys.readouterr().err
+
+
+def test_tumble_is_timed_without_calls_from_python(monkeypatch):
+    """MuJoCo's time is that of a loop in C, so steps from Python are not comparable."""
+    monkeypatch.setattr(native, "LOOP", "")
+    monkeypatch.setattr(tumble.Simulation, "step", None)
+    timed = _timed.stacks(2)
+    assert timed.before > 0
+    assert 0.0 < engine("tumble").time(timed.scene, timed.before)
+    assert 0 < engine("tumble").memory(timed.scene, timed.before)
 
 
 def test_an_engine_that_fails_is_left_out(tmp_path):

@@ -7,7 +7,7 @@ import zipfile
 
 import numpy as np
 import pytest
-from tumble.bench import __main__, check
+from tumble.bench import __main__, all_cases, check
 
 CASES = "projectile,incline-slips,grad-slide,ramp-20-holds"
 
@@ -15,6 +15,14 @@ CASES = "projectile,incline-slips,grad-slide,ramp-20-holds"
 def bench(*arguments):
     command = [sys.executable, "-m", "tumble.bench", "--quiet", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def cases_read_once():
+    cases = all_cases()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(check, "all_cases", lambda folder: cases)
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -129,7 +137,72 @@ def test_results_of_other_cases_and_damaged_ones_are_named(template, tmp_path, c
         assert check.main([str(path)]) == 2
         assert "is not a result of tumble.bench" in capsys.readouterr().err
     assert check.main([str(template[1]), str(template[1])]) == 2
-    assert "two results have the same engine" in capsys.readouterr().err
+    assert "two results have the same engine and version" in capsys.readouterr().err
+
+
+def edited(result, path, change):
+    """Copy of a result file with another ``result.json``."""
+
+    def edit(name, content):
+        if name != "result.json":
+            return content
+        found = json.loads(content)
+        change(found)
+        return json.dumps(found)
+
+    return changed(result, path, edit)
+
+
+def test_two_versions_of_an_engine_are_two_rows(template, tmp_path, capsys):
+    other = edited(template[1], tmp_path / "other.zip", lambda found: found["engine"].update(version="0.2"))
+    assert check.main([str(template[1]), str(other)]) == 0
+    said = capsys.readouterr().out
+    assert "my-engine 0.1" in said and "my-engine 0.2" in said
+
+
+@pytest.mark.parametrize(
+    "change, said",
+    [
+        (lambda case: case.update(values=[], verdict="right"), "0 values instead of 1"),
+        (lambda case: case["values"].append(0.0), "2 values instead of 1"),
+        (lambda case: case.update(values=None), "has no field values of the right type"),
+        (lambda case: case.update(seconds="1"), "has no field seconds of the right type"),
+        (lambda case: case.update(reason=5), "has no field reason of the right type"),
+        (lambda case: case.update(motion_sha256={}), "has no readable result"),
+        (lambda case: case.clear(), "has no field case_sha256 of the right type"),
+    ],
+)
+def test_a_case_that_states_no_more_than_a_verdict_is_named(template, tmp_path, capsys, change, said):
+    path = edited(template[1], tmp_path / "short.zip", lambda found: change(found["cases"]["incline-slips"]))
+    code, printed = judged(path, capsys)
+    assert code == 1 and "incline-slips: the file has no readable result" in printed and said in printed
+
+
+@pytest.mark.parametrize("field, value", [("settings", 5), ("version", None), ("name", []), ("compliant", "no")])
+def test_an_engine_without_its_facts_is_refused(template, tmp_path, capsys, field, value):
+    path = edited(template[1], tmp_path / "facts.zip", lambda found: found["engine"].update({field: value}))
+    assert check.main([str(path)]) == 2
+    assert f"engine has no field {field} of the right type" in capsys.readouterr().err
+
+
+def test_a_folder_that_cannot_be_written_is_refused_before_the_run(tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    for option in ("--out", "--submit"):
+        assert __main__.main(["--engines", "tumble", option, str(tmp_path / "file")]) == 2
+        assert "file" in capsys.readouterr().err
+
+
+def test_a_run_that_is_stopped_keeps_the_results_of_engines_that_have_ended(template, tmp_path, monkeypatch):
+    def stop(outcome):
+        if outcome.engine == "my-engine":
+            raise KeyboardInterrupt
+        return ""
+
+    monkeypatch.setattr(__main__, "_said", stop)
+    options = ["--engines", "tumble,my-engine", "--cases", "incline-slips", "--jobs", "1"]
+    with pytest.raises(KeyboardInterrupt):
+        __main__.main([*options, "--adapter", str(template[0]), "--submit", str(tmp_path)])
+    assert [path.name for path in tmp_path.iterdir()] == ["tumble.zip"]
 
 
 @pytest.mark.parametrize(
@@ -143,6 +216,11 @@ def test_results_of_other_cases_and_damaged_ones_are_named(template, tmp_path, c
             "class Mine(Engine):\n  name = 'mine'\n  version = run = None\nENGINES = [Mine()]",
             "Mine has no settings; add it to the class",
         ),
+        (
+            "from tumble.bench.engines import Engine\n"
+            "class Mine(Engine):\n  name, settings, compliant = '../mine', '', False\n  version = run = None\nENGINES = [Mine()]",
+            "the name '../mine' names a file",
+        ),
     ],
 )
 def test_adapters_that_are_refused(tmp_path, capsys, text, said):
@@ -151,6 +229,24 @@ def test_adapters_that_are_refused(tmp_path, capsys, text, said):
     assert __main__.main(["--adapter", str(path), "--list"]) == 2
     error = capsys.readouterr().err
     assert f"--adapter {path} does not load" in error and said in error
+
+
+@pytest.mark.parametrize(
+    "line, limit, verdict",
+    [
+        ("import time; time.sleep(1.0)", 0.8, "right"),
+        ("import time; time.sleep(60.0)", 0.2, "time limit"),
+        ("while True: pass", 0.8, "time limit"),
+    ],
+)
+def test_a_case_is_stopped_by_its_processor_time_or_a_long_wait(template, tmp_path, line, limit, verdict):
+    path = tmp_path / "mine.py"
+    path.write_text(template[0].read_text().replace("        return Motion(", f"        {line}\n        return Motion("))
+    options = ["--engines", "my-engine", "--cases", "projectile", "--limit", limit, "--out", tmp_path]
+    done = bench("--adapter", path, *options)
+    assert done.returncode == 0, done.stderr
+    (outcome,) = json.loads((tmp_path / "bench.json").read_text())["accuracy"]["my-engine"].values()
+    assert outcome["verdict"] == verdict
 
 
 def test_an_adapter_cannot_take_the_name_of_another_engine(template, tmp_path, capsys):

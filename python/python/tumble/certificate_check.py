@@ -250,11 +250,11 @@ def axes(normal: Any) -> Any:
 
 def check(text: str, tolerance: float = np.inf) -> Iterator[tuple[int, dict[str, float] | None, str]]:
     """Line, computed residuals and reason of refusal, or no reason, of each step of a file."""
-    lines = text.splitlines()
-    head = fields("the first line", json.loads(lines[0] if lines else ""), ("format", "engine"), ("about",))
+    first, *lines = text.removesuffix("\n").split("\n")  # Texts of JSON may have other separators of lines.
+    head = fields("the first line", json.loads(first), ("format", "engine"), ("about",))
     if head["format"] != FORMAT:
         raise Refused(f"the format is {head['format']!r}; {FORMAT!r} is needed")
-    for place, line in enumerate(lines[1:], start=2):
+    for place, line in enumerate(lines, start=2):
         found = None
         try:
             step = json.loads(line)

@@ -14,14 +14,14 @@ from pathlib import Path
 from .._tumble import TumbleError
 from ._case import Case, all_cases, chosen
 from ._report import facts, summary, write
-from ._runner import adapter_names, run
+from ._runner import Report, adapter_names, run
 from ._submission import submitted
 from ._verdict import RIGHT, VERDICTS, WRONG, Outcome
 from .engines import MODULES
 
 DESCRIPTION = """Runs cases of rigid contact with known answers on all engines that are installed.
 
-Each engine and case has a process of its own with a time limit. A verdict is one of:
+Each engine and case has a process of its own with a limit of processor time. A verdict is one of:
 """
 EPILOG = """examples:
   python -m tumble.bench --out results
@@ -53,6 +53,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         pythons = _pythons(options.python, engines)
         if not options.limit > 0.0 or options.jobs < 1:
             raise TumbleError("--limit and --jobs need positive numbers")
+        for target in filter(None, (options.out, options.submit)):
+            target.mkdir(parents=True, exist_ok=True)
         selected = [case for case in cases if case.name in names]
         total, done = len(selected) * len(engines), 0
 
@@ -62,9 +64,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
             if not options.quiet:
                 print(f"{done:4d}/{total} {outcome.engine:14} {outcome.case:24} {_said(outcome)}", file=sys.stderr)
 
+        def finished(report: Report, name: str) -> None:
+            if options.submit is not None:
+                about = facts(time.perf_counter() - begin)
+                print(f"wrote {submitted(report, name, Path(folder), options.submit, adapters.get(name), about)}")
+
         begin = time.perf_counter()
         with tempfile.TemporaryDirectory() as folder:
-            motions = None if options.submit is None else Path(folder)
             report = run(
                 engines,
                 selected,
@@ -72,16 +78,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 limit=options.limit,
                 jobs=options.jobs,
                 progress=progress,
+                finished=finished,
                 adapters=adapters,
-                keep=motions,
+                keep=None if options.submit is None else Path(folder),
             )
-            seconds = time.perf_counter() - begin
-            print(summary(report))
-            paths = [] if options.out is None else write(report, options.out, seconds)
-            if motions is not None:
-                paths += submitted(report, motions, options.submit, adapters, facts(seconds))
-            for path in paths:
-                print(f"wrote {path}")
+        print(summary(report))
+        for path in [] if options.out is None else write(report, options.out, time.perf_counter() - begin):
+            print(f"wrote {path}")
     except (TumbleError, OSError) as error:
         print(f"tumble.bench: {error}", file=sys.stderr)
         return 2
@@ -106,7 +109,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--adapter", action="append", default=[], type=Path, metavar="FILE", help="file of an engine of one's own (repeatable)")
     add("--template", action="store_true", help="print an adapter to begin with, and run nothing")
     add("--submit", type=Path, metavar="DIR", help="write a result file with all motions for each engine, DIR/ENGINE.zip")
-    add("--limit", type=float, default=120.0, metavar="S", help="time limit of a case, s (default: 120)")
+    add("--limit", type=float, default=120.0, metavar="S", help="processor time of a case, s (default: 120)")
     add("--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="engines at a time (default: all cores)")
     add(
         "--python",

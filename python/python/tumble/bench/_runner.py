@@ -41,6 +41,7 @@ def run(
     limit: float,
     jobs: int,
     progress: Callable[[Outcome], None] = lambda outcome: None,
+    finished: Callable[[Report, str], None] = lambda report, name: None,
     adapters: Mapping[str, Path] = MappingProxyType({}),
     keep: Path | None = None,
 ) -> Report:
@@ -49,11 +50,13 @@ def run(
     :param pythons: interpreter of an engine, by default this one.
     :param limit: time limit of a case, s.
     :param jobs: number of engines at a time.
+    :param finished: called with the report when an engine of this name has run all cases.
     :param adapters: file of an engine outside the package.
     :param keep: folder for the motions, ENGINE/CASE.npz.
     """
     outcomes: dict[str, dict[str, Outcome]] = {name: {} for name in engines}
     about: dict[str, dict[str, Any]] = {name: {} for name in engines}
+    report = Report(about, list(cases), outcomes)
 
     def one(name: str) -> None:
         python, folder = pythons.get(name, sys.executable), None if keep is None else keep / name
@@ -64,10 +67,12 @@ def run(
                 about[name] = {"missing": result["reason"]}
             outcomes[name][case.name] = judged(name, case, result)
             progress(outcomes[name][case.name])
+        if "version" in about[name]:
+            finished(report, name)
 
     with ThreadPoolExecutor(jobs) as pool:
         list(pool.map(one, engines))
-    return Report(about, list(cases), outcomes)
+    return report
 
 
 def _results(

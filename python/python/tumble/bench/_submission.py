@@ -9,6 +9,7 @@ import hashlib
 import io
 import json
 import zipfile
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -21,40 +22,45 @@ from .._types import Floats
 from ._case import Case
 from ._differences import difference
 from ._runner import Report
-from ._verdict import Outcome, judged
+from ._verdict import UNMEASURED, Outcome, judged
 
 FORMAT = "tumble-bench-result 1"
 LARGEST = 1 << 32
 """Largest size of a motion file, bytes."""
 AGREEMENT = 1e-9
 """Largest difference of a stated value and that of its motion, as a share of the answer or of its tolerance."""
+_NUMBER = (int, float, type(None))
+_ENGINE: dict[str, Any] = {"name": str, "version": str, "settings": str, "compliant": bool}
+_CASE: dict[str, Any] = {
+    **dict.fromkeys(("case_sha256", "verdict", "reason"), str),
+    **dict.fromkeys(("values", "methods"), list),
+    **dict.fromkeys(("steps", "seconds", "process_seconds"), _NUMBER),
+    "motion_sha256": dict,
+}
+"""Types of the fields of an engine and of a case."""
+UNREADABLE = (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, KeyError, TypeError, ValueError)
+"""Errors of damaged archives and arrays."""
 
 
 def submitted(
-    report: Report, motions: Path, folder: Path, adapters: Mapping[str, Path], about: Mapping[str, str]
-) -> list[Path]:
-    """Writes a result file for each engine that ran, and returns the paths."""
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = []
-    for name, engine in report.engines.items():
-        if "version" not in engine:
-            continue
-        found: dict[str, Any] = {"format": FORMAT, "engine": {"name": name, **engine}, "about": dict(about), "cases": {}}
-        memory = io.BytesIO()
-        with zipfile.ZipFile(memory, "w", zipfile.ZIP_STORED) as archive:
-            for case in report.cases:
-                motion = motions / name / f"{case.name}.npz"
-                arrays = _arrays(motion.read_bytes()) if motion.is_file() else {}
-                found["cases"][case.name] = _stated(case, report.outcomes[name][case.name], arrays)
-                if arrays:
-                    archive.write(motion, motion.name)
-            if name in adapters:
-                text = adapters[name].read_bytes()
-                found["engine"]["adapter_sha256"] = hashlib.sha256(text).hexdigest()
-                archive.writestr("adapter.py", text)
-            archive.writestr("result.json", json.dumps(found, indent=1, ensure_ascii=False) + "\n")
-        paths.append(written(folder / f"{name}.zip", memory.getvalue()))
-    return paths
+    report: Report, name: str, motions: Path, folder: Path, adapter: Path | None, about: Mapping[str, str]
+) -> Path:
+    """Writes the result file of an engine that ran, and returns its path."""
+    found: dict[str, Any] = {"format": FORMAT, "engine": {"name": name, **report.engines[name]}, "about": dict(about), "cases": {}}
+    memory = io.BytesIO()
+    with zipfile.ZipFile(memory, "w", zipfile.ZIP_STORED) as archive:
+        for case in report.cases:
+            motion = motions / name / f"{case.name}.npz"
+            arrays = _arrays(motion.read_bytes()) if motion.is_file() else {}
+            found["cases"][case.name] = _stated(case, report.outcomes[name][case.name], arrays)
+            if arrays:
+                archive.write(motion, motion.name)
+        if adapter is not None:
+            text = adapter.read_bytes()
+            found["engine"]["adapter_sha256"] = hashlib.sha256(text).hexdigest()
+            archive.writestr("adapter.py", text)
+        archive.writestr("result.json", json.dumps(found, indent=1, ensure_ascii=False) + "\n")
+    return written(folder / f"{name}.zip", memory.getvalue())
 
 
 def _stated(case: Case, outcome: Outcome, arrays: Mapping[str, Floats]) -> dict[str, Any]:
@@ -90,6 +96,14 @@ def _arrays(content: bytes) -> dict[str, Floats]:
         return {name: np.asarray(arrays[name], dtype=np.float64) for name in arrays.files}
 
 
+def _typed(what: str, table: Any, types: Mapping[str, Any]) -> dict[str, Any]:
+    """The table, if it has all fields with their types."""
+    for field, kind in types.items():
+        if not isinstance(table, dict) or not isinstance(table.get(field, ...), kind):
+            raise TumbleError(f"{what} has no field {field} of the right type")
+    return dict(table)
+
+
 class Result:
     """Result file of an engine."""
 
@@ -100,20 +114,19 @@ class Result:
             self._data = json.loads(self._archive.read("result.json"))
             if self._data["format"] != FORMAT:
                 raise TumbleError(f"the format is {self._data['format']!r}; {FORMAT!r} is needed")
-            self.engine: dict[str, Any] = dict(self._data["engine"])
-            self.name, self.compliant = str(self.engine["name"]), bool(self.engine["compliant"])
-            self.cases: dict[str, Any] = dict(self._data["cases"])
-        except (zipfile.BadZipFile, KeyError, TypeError, ValueError) as error:
+            self.engine: dict[str, Any] = _typed("engine", self._data["engine"], _ENGINE)
+            self.name, self.compliant = self.engine["name"], self.engine["compliant"]
+            self.cases: dict[str, Any] = _typed("result.json", self._data, {"cases": dict})["cases"]
+        except UNREADABLE as error:
             raise TumbleError(f"{path} is not a result of tumble.bench: {error}") from None
 
     def judged(self, case: Case) -> tuple[Outcome, list[str]]:
         """Verdict from the motion, and what in the file does not agree with it."""
-        stated = self.cases.get(case.name)
-        if stated is None:
+        if case.name not in self.cases:
             return Outcome(self.name, case.name, "not run", "the result does not have the case"), []
         try:
-            return self._again(case, stated)
-        except (zipfile.BadZipFile, KeyError, TypeError, ValueError, OSError) as error:
+            return self._again(case, _typed("the case", self.cases[case.name], _CASE))
+        except (*UNREADABLE, OSError) as error:
             reason = f"the file has no readable result: {error}"
             return Outcome(self.name, case.name, "error", reason), [reason]
 
@@ -121,8 +134,10 @@ class Result:
         if stated["case_sha256"] != digest(Path(case.path).read_bytes()):
             reason = "its case file is another one than here"
             return Outcome(self.name, case.name, "not run", reason), [reason]
-        if not stated["values"]:
-            return Outcome(self.name, case.name, str(stated["verdict"]), str(stated["reason"])), []
+        if not stated["values"] and stated["verdict"] in UNMEASURED:
+            return Outcome(self.name, case.name, stated["verdict"], stated["reason"]), []
+        if len(stated["values"]) != len(case.quantities):
+            raise TumbleError(f"{len(stated['values'])} values instead of {len(case.quantities)}")
         arrays = _arrays(self._archive.read(f"{case.name}.npz")) if stated["motion_sha256"] else {}
         faults = [
             f"{name} of its motion have another hash than stated"
@@ -131,6 +146,7 @@ class Result:
         ]
         values = _values(case, arrays, stated, faults)
         result = {**stated, "status": "measured", "values": values, "compliant": self.compliant, "note": stated["reason"]}
+        result["steps"] = case.scene().steps
         outcome = judged(self.name, case, result)
         for quantity, value, claim in zip(case.quantities, values, stated["values"]):
             unit = max(quantity.tolerance, abs(quantity.value))

@@ -22,6 +22,8 @@ VERDICTS = {
     "not run": "a submitted result does not have the case",
 }
 """Verdicts on a case and their meaning."""
+UNMEASURED = ("not modelled", "error", "crash", "time limit")
+"""Verdicts without values that an engine may have in a case."""
 
 
 @dataclass(frozen=True)

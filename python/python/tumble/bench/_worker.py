@@ -1,6 +1,7 @@
 """One engine on several cases: ``python -m tumble.bench._worker ENGINE FOLDER LIMIT CASE...``.
 
-The engine is imported once. Each case then has a process of its own, forked from this one, with a time limit. Its result
+The engine is imported once. Each case then has a process of its own, forked from this one. LIMIT is its processor time, so
+that other work on the machine fails no case; a case that waits is stopped after ten times as long. Its result
 is a JSON file in FOLDER, named by the case; the name is printed when it is there. With ``--keep`` there is also a file
 with the motion, CASE.npz. ``--adapter FILE --names`` prints the names of the engines of a file.
 """
@@ -10,6 +11,7 @@ from __future__ import annotations
 import argparse
 import json
 import multiprocessing
+import signal
 import time
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,6 +23,11 @@ from .._types import Floats
 from ._case import Case, load_case
 from ._differences import derivative
 from .engines import Engine, Motion, Unsupported, adapter_engines, engine
+
+LIMITED = hasattr(signal, "setitimer")
+"""True if the system stops a process by its processor time."""
+PATIENCE = 10.0
+"""Largest duration of a case, in limits of its processor time."""
 
 
 class Task(NamedTuple):
@@ -47,10 +54,10 @@ def work(task: Task, limit: float, cases: Sequence[Path]) -> None:
     fork = "fork" in multiprocessing.get_all_start_methods()
     multiprocessing.set_start_method("fork" if fork else "spawn")
     for path in cases:
-        child = multiprocessing.Process(target=_child, args=(task, path))
+        child = multiprocessing.Process(target=_child, args=(task, path, limit))
         child.start()
-        child.join(limit)
-        if child.is_alive():
+        child.join(PATIENCE * limit if LIMITED else limit)
+        if child.is_alive() or (LIMITED and child.exitcode == -signal.SIGPROF):
             child.kill()
             child.join()
             _leave(folder, path, {"status": "time limit", "reason": f"stopped after {limit:g} s"})
@@ -60,7 +67,9 @@ def work(task: Task, limit: float, cases: Sequence[Path]) -> None:
             print(path.stem, flush=True)
 
 
-def _child(task: Task, path: Path) -> None:
+def _child(task: Task, path: Path, limit: float) -> None:
+    if LIMITED:
+        signal.setitimer(signal.ITIMER_PROF, limit)
     arrays: dict[str, Floats] = {}
     found = result(engine(task.name, task.adapter), path, arrays)
     if task.keep and arrays:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -33,9 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     begin = time.perf_counter()
     try:
         cases = all_cases(options.folder)
-        results = {result.name: result for result in map(Result, options.results)}
-        if len(results) < len(options.results):
-            raise TumbleError("two results have the same engine; rename one in its adapter")
+        results = _named([Result(path) for path in options.results])
         outcomes: dict[str, dict[str, Outcome]] = {name: {} for name in results}
         count = 0
         for name, result in results.items():
@@ -57,6 +56,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     print(f"{count} statements do not agree with their motions" if count else "all statements agree with their motions")
     return 1 if count else 0
+
+
+def _named(results: Sequence[Result]) -> dict[str, Result]:
+    """Results by engine, and by engine and version where one engine has several."""
+    counts = Counter(result.name for result in results)
+    named = {result.name if counts[result.name] == 1 else f"{result.name} {result.engine['version']}": result for result in results}
+    if len(named) < len(results):
+        raise TumbleError("two results have the same engine and version; rename one in its adapter")
+    return named
 
 
 def _parser() -> argparse.ArgumentParser:

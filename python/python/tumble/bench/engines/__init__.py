@@ -6,6 +6,7 @@ the table. Adapters outside the package have the same form: ``python -m tumble.b
 
 from __future__ import annotations
 
+import re
 import sys
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
@@ -52,8 +53,12 @@ MODULES: dict[str, str] = {
     "rapier-default": "rapier",
     "rapier-python": "rapier_python",
     "rapier-python-default": "rapier_python",
+    "box3d": "box3d",
+    "box3d-default": "box3d",
     "jolt": "jolt",
     "jolt-default": "jolt",
+    "superdex": "superdex",
+    "superdex-default": "superdex",
     "dart": "dart",
     "dart-exact": "dart",
     "tutorial": "tutorial",
@@ -97,4 +102,6 @@ def adapter_engines(path: Path) -> list[Engine]:
         for field in ("name", "settings", "compliant"):
             if not hasattr(one, field):
                 raise TumbleError(f"{path}: {type(one).__name__} has no {field}; add it to the class")
+        if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]*", str(one.name)):
+            raise TumbleError(f"{path}: the name {one.name!r} names a file; use letters, digits, '-', '_' and '.'")
     return found
