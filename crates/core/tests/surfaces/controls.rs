@@ -1,34 +1,15 @@
 //! Steps, walls, grooves, slots and edges that are real stop or hold a body, by closed forms.
 
+use crate::common::draw::WideDraw;
+use crate::common::prelude::*;
 use crate::floors::{block, world};
-use crate::shapes::{Random, attitude, standing};
-use nalgebra::{UnitQuaternion, Vector3};
+use crate::shapes::{at, attitude, standing};
 use std::f64::consts::FRAC_PI_4;
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::{RigidBody, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::world::{Fixed, Integrator, Parameters, World};
 
 const GRAVITY: f64 = 9.81;
 
-fn at(position: [f64; 3], velocity: [f64; 3]) -> State {
-    State {
-        position: position.into(),
-        attitude: attitude(&UnitQuaternion::identity()),
-        velocity: velocity.into(),
-        spin: Vector3::zeros(),
-    }
-}
-
 fn records(world: &World, states: &[State], steps: usize) -> Vec<StepRecord> {
-    let motion = Motion::native(world);
-    let mut simulation = Simulation::new(world.clone(), states.to_vec(), motion).unwrap();
-    let step = |_| {
-        let mut record = StepRecord::new();
-        simulation.step(&mut record).unwrap();
-        record
-    };
-    (0..steps).map(step).collect()
+    self::steps(&mut simulate(world, states), steps, |_| true)
 }
 
 /// Sum of the contact forces on body 0 (N).
@@ -134,13 +115,8 @@ fn ball_in_a_groove_of_two_boxes_is_held_by_both() {
 fn box_on_two_tiles_that_part_stays_where_it_is() {
     let tile = RigidBody::solid_box(5.0, Vector3::new(0.5, 0.5, 0.1)).unwrap();
     let plank = RigidBody::solid_box(1.0, Vector3::new(0.4, 0.2, 0.05)).unwrap();
-    let world = World::new(Parameters {
-        gravity: Vector3::new(0.0, 0.0, -GRAVITY),
-        friction: 0.0,
-        ..Parameters::new(vec![plank, tile.clone(), tile])
-    })
-    .unwrap()
-    .with_integrator(Integrator::Euler);
+    let parameters = Parameters::new(vec![plank, tile.clone(), tile]);
+    let world = euler(Parameters { friction: 0.0, ..parameters });
     let states = [
         at([0.0, 0.0, 0.25], [0.0; 3]),
         at([-0.5, 0.0, 0.1], [-0.2, 0.0, 0.0]),
@@ -165,22 +141,13 @@ fn box_on_two_tiles_that_part_stays_where_it_is() {
 fn wheel_that_rolls_over_a_slot_loses_the_speed_of_the_impact_on_its_edge() {
     let (radius, width, speed) = (0.1, 0.005, 0.5);
     let wheel = RigidBody::solid(1.0, &[Piece::cylinder(0.05, radius, 24).unwrap()]).unwrap().0;
-    let parameters = Parameters {
-        ground: None,
-        gravity: Vector3::new(0.0, 0.0, -GRAVITY),
-        friction: 1.0,
-        time_step: 1e-4,
-        ..Parameters::new(vec![wheel])
-    };
+    let parameters =
+        Parameters { ground: None, friction: 1.0, time_step: 1e-4, ..Parameters::new(vec![wheel]) };
     let fixed = vec![
         block([-2.0, -1.0, -0.2], [0.0, 1.0, 0.0]),
         block([width, -1.0, -0.2], [2.0, 1.0, 0.0]),
     ];
-    let world = World::new(parameters)
-        .unwrap()
-        .with_integrator(Integrator::Euler)
-        .with_fixed(fixed)
-        .unwrap();
+    let world = euler(parameters).with_fixed(fixed).unwrap();
     let lying = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
     let spin = lying.inverse() * Vector3::new(0.0, speed / radius, 0.0);
     let start =
@@ -206,7 +173,7 @@ fn edge_across_an_edge_and_vertex_on_an_edge_carry_the_weight() {
     let cube = cube(0.2);
     let edge_down = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), FRAC_PI_4);
     let apex = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
-    let pyramid = standing("pyramid", &mut Random::new(3)).body;
+    let pyramid = standing("pyramid", &mut WideDraw::wide(3)).body;
     let tip = pyramid.pieces()[0].core().vertices().iter().map(|v| v.z).fold(0.0, f64::max);
     let cases = [
         (cube, edge_down, 0.1 * 2.0_f64.sqrt(), std::f64::consts::FRAC_PI_2),
@@ -226,7 +193,7 @@ fn edge_across_an_edge_and_vertex_on_an_edge_carry_the_weight() {
 /// A wall of two flush bricks pushes bodies that slide along it across its face only.
 #[test]
 fn bodies_pressed_against_a_wall_of_bricks_keep_their_speed_along_it() {
-    let mut random = Random::new(5);
+    let mut random = WideDraw::wide(5);
     let bricks =
         vec![block([-1.0, 0.0, 0.0], [0.0, 1.0, 1.0]), block([0.0, 0.0, 0.0], [0.5, 1.0, 1.0])];
     for shape in ["diamond", "prism", "cylinder", "ball", "capsule", "cube"] {
@@ -238,18 +205,14 @@ fn bodies_pressed_against_a_wall_of_bricks_keep_their_speed_along_it() {
                 };
                 let turn = if shape == "diamond" { FRAC_PI_4 } else { 0.0 };
                 let world = world(&body.body, true, 0.0).with_fixed(bricks.clone()).unwrap();
-                let speed = random.between(0.5, 2.0);
+                let speed = random.within(0.5, 2.0);
                 let start = body.at([0.0, 0.0], turn, [speed, 0.0, 0.0]);
                 let side = body.reach_along(&start, &Vector3::y());
                 let from = if past_the_end { 0.15 } else { -0.45 };
                 let position = Vector3::new(from, -side, start.position.z);
                 let start = State { position, ..start };
-                let motion = Motion::native(&world);
-                let mut simulation = Simulation::new(world.clone(), [start], motion).unwrap();
-                let wrench = tumble_core::mechanics::Wrench {
-                    force: Vector3::new(0.0, 5.0, 0.0),
-                    torque: Vector3::zeros(),
-                };
+                let mut simulation = simulate(&world, &[start]);
+                let wrench = Wrench { force: Vector3::y() * 5.0, ..Wrench::zero() };
                 simulation.set_wrench(0, wrench).unwrap();
                 let mut record = StepRecord::new();
                 let mut along = speed;

@@ -1,13 +1,11 @@
 //! Level floors of several pieces, with the top at z = 0.
 
-use crate::shapes::Random;
-use nalgebra::{Matrix3, Vector3};
+use crate::common::draw::WideDraw;
+use crate::common::prelude::*;
 use std::sync::Arc;
-use tumble_core::contact::{Partner, Plane};
+use tumble_core::geometry::Terrain;
 use tumble_core::geometry::terrain::{HeightField, Surface};
-use tumble_core::geometry::{Piece, Terrain};
-use tumble_core::mechanics::RigidBody;
-use tumble_core::world::{Fixed, FixedTerrain, Integrator, Parameters, World};
+use tumble_core::world::FixedTerrain;
 
 /// Names of the floors of [`floor`].
 pub const FLOORS: [&str; 7] =
@@ -15,13 +13,22 @@ pub const FLOORS: [&str; 7] =
 
 /// A world with `body` above a level plane.
 pub fn world(body: &RigidBody, ground: bool, friction: f64) -> World {
-    World::new(Parameters {
+    euler(Parameters {
         ground: ground.then(Plane::level),
         friction,
         ..Parameters::new(vec![body.clone()])
     })
-    .unwrap()
-    .with_integrator(Integrator::Euler)
+}
+
+/// `world` with this terrain.
+pub fn on_terrain(world: World, terrain: impl Into<Terrain>) -> World {
+    let terrain = FixedTerrain { terrain: Arc::new(terrain.into()), friction: None };
+    world.with_terrains(vec![terrain]).unwrap()
+}
+
+/// The height field moved by `shift` (m).
+pub fn moved(field: HeightField, shift: &Vector3<f64>) -> Terrain {
+    Terrain::from(field.moved_by(&Matrix3::identity(), shift).unwrap())
 }
 
 /// A box from `low` to `high` (m).
@@ -33,11 +40,11 @@ pub fn block(low: [f64; 3], high: [f64; 3]) -> Fixed {
 }
 
 /// A world with `body` above the floor `name`, which covers |x|, |y| ≤ 6.
-pub fn floor(name: &str, body: &RigidBody, friction: f64, random: &mut Random) -> World {
-    let lines = |random: &mut Random, least: f64, most: f64| {
+pub fn floor(name: &str, body: &RigidBody, friction: f64, random: &mut WideDraw) -> World {
+    let lines = |random: &mut WideDraw, least: f64, most: f64| {
         let mut lines = vec![-6.0];
         while lines[lines.len() - 1] < 6.0 {
-            lines.push(lines[lines.len() - 1] + random.between(least, most));
+            lines.push(lines[lines.len() - 1] + random.within(least, most));
         }
         lines
     };
@@ -60,14 +67,14 @@ pub fn floor(name: &str, body: &RigidBody, friction: f64, random: &mut Random) -
             // Rows of bricks whose joints are not in line.
             for (low, high) in pairs(&lines(random, 0.2, 0.5)) {
                 for (from, to) in pairs(&lines(random, 0.3, 0.9)) {
-                    fixed.push(block([from, low, -random.between(0.1, 0.3)], [to, high, 0.0]));
+                    fixed.push(block([from, low, -random.within(0.1, 0.3)], [to, high, 0.0]));
                 }
             }
         }
         "plates" => {
             for _ in 0..12 {
-                let (x, y) = (random.between(-4.0, 4.0), random.between(-4.0, 4.0));
-                let (a, b) = (random.between(0.2, 1.0), random.between(0.2, 1.0));
+                let (x, y) = (random.within(-4.0, 4.0), random.within(-4.0, 4.0));
+                let (a, b) = (random.within(0.2, 1.0), random.within(0.2, 1.0));
                 fixed.push(block([x - a, y - b, -0.2], [x + a, y + b, 0.0]));
             }
         }
@@ -76,7 +83,7 @@ pub fn floor(name: &str, body: &RigidBody, friction: f64, random: &mut Random) -
             let field = HeightField::new(heights, 49, [0.25, 0.25]).unwrap();
             let corner = Vector3::new(-6.0, -6.0, 0.0);
             let at = if field.point(0, 0).x < -1.0 { Vector3::zeros() } else { corner };
-            terrain = Some(Terrain::from(field.moved_by(&Matrix3::identity(), &at).unwrap()));
+            terrain = Some(moved(field, &at));
         }
         "mesh" => {
             let count = 33;
@@ -85,7 +92,7 @@ pub fn floor(name: &str, body: &RigidBody, friction: f64, random: &mut Random) -
                 for column in 0..count {
                     let mut place = |at: i32| {
                         let inside = (1..count - 1).contains(&at);
-                        let shift = if inside { random.between(-0.1, 0.1) } else { 0.0 };
+                        let shift = if inside { random.within(-0.1, 0.1) } else { 0.0 };
                         -6.0 + 12.0 * f64::from(at) / f64::from(count - 1) + shift
                     };
                     vertices.push(Vector3::new(place(column), place(row), 0.0));
@@ -107,8 +114,7 @@ pub fn floor(name: &str, body: &RigidBody, friction: f64, random: &mut Random) -
     let belts = if name == "belts" { fixed.len() } else { 0 };
     let mut world = world(body, name == "plates", friction).with_fixed(fixed).unwrap();
     if let Some(terrain) = terrain {
-        let terrain = Arc::new(terrain);
-        world = world.with_terrains(vec![FixedTerrain { terrain, friction: None }]).unwrap();
+        world = on_terrain(world, terrain);
     }
     for index in 0..belts {
         world = world.with_surface(Partner::Fixed(index), Vector3::new(0.7, 0.2, 0.0)).unwrap();

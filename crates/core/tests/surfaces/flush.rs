@@ -1,41 +1,16 @@
 //! Flush joints between pieces of different kinds: terrain and plate, a free peg in a plate, and tiles
 //! that are held by joints.
 
-use crate::floors::block;
-use crate::shapes::{Random, attitude, standing};
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
-use std::sync::Arc;
-use tumble_core::contact::Plane;
+use crate::common::draw::WideDraw;
+use crate::common::prelude::*;
+use crate::floors::{block, moved, on_terrain};
+use crate::shapes::{at, attitude, standing};
 use tumble_core::geometry::terrain::HeightField;
-use tumble_core::geometry::{Piece, Terrain};
-use tumble_core::joint::{Joint, JointFrame};
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{FixedTerrain, Integrator, Parameters, World};
 
 const GRAVITY: f64 = 9.81;
 
 fn empty(bodies: Vec<RigidBody>, ground: Option<Plane>, friction: f64) -> World {
-    World::new(Parameters {
-        bodies,
-        ground,
-        gravity: Vector3::new(0.0, 0.0, -GRAVITY),
-        friction,
-        time_step: 0.002,
-        rotation: Rotation::Momentum,
-    })
-    .unwrap()
-    .with_integrator(Integrator::Leapfrog)
-}
-
-fn at(position: [f64; 3], velocity: [f64; 3]) -> State {
-    State {
-        position: position.into(),
-        attitude: attitude(&UnitQuaternion::identity()),
-        velocity: velocity.into(),
-        spin: Vector3::zeros(),
-    }
+    World::new(Parameters { ground, friction, ..Parameters::new(bodies) }).unwrap()
 }
 
 /// First step of a run whose body 0 moves otherwise than `expected` at this time (s), with its velocity.
@@ -45,7 +20,7 @@ fn deviates(
     steps: usize,
     expected: impl Fn(f64) -> Vector3<f64>,
 ) -> Option<String> {
-    let mut simulation = Simulation::new(world.clone(), states, Motion::native(world)).unwrap();
+    let mut simulation = simulate(world, &states);
     let mut record = StepRecord::new();
     for k in 0..steps {
         simulation.step(&mut record).unwrap();
@@ -85,13 +60,8 @@ fn wedge_slides_from_a_level_field_to_a_flush_plate() {
             let field = HeightField::new(vec![0.0; 45], 5, [1.0, 1.0]).unwrap();
             let first = field.point(0, 0);
             let shift = Vector3::new(-4.0 - first.x, -4.0 - first.y, 0.0);
-            let field = field.moved_by(&Matrix3::identity(), &shift).unwrap();
-            let field = FixedTerrain { terrain: Arc::new(Terrain::from(field)), friction: None };
-            let world = empty(vec![body.clone()], None, friction)
-                .with_fixed(plate)
-                .unwrap()
-                .with_terrains(vec![field])
-                .unwrap();
+            let world = empty(vec![body.clone()], None, friction).with_fixed(plate).unwrap();
+            let world = on_terrain(world, moved(field, &shift));
             let speed = 2.2;
             let way = Vector3::new(1.0, 1.0, 0.0).normalize();
             let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), turn);
@@ -155,7 +125,7 @@ fn tiles() -> (Vec<RigidBody>, Vec<State>, Vec<Joint>) {
 #[test]
 fn wheel_slides_over_the_corner_of_tiles_that_joints_hold() {
     let (tiles, at_rest, joints) = tiles();
-    let mut random = Random::new(8);
+    let mut random = WideDraw::wide(8);
     let mut wrong = Vec::new();
     for shape in ["lying cylinder", "capsule", "cylinder", "cube", "ball"] {
         for case in 0..4 {
@@ -163,10 +133,10 @@ fn wheel_slides_over_the_corner_of_tiles_that_joints_hold() {
             let mut bodies = vec![body.body.clone()];
             bodies.extend(tiles.iter().cloned());
             let world = empty(bodies, None, 0.0).with_joints(joints.clone()).unwrap();
-            let way = random.between(-0.4, 0.4);
-            let velocity = Vector3::new(way.cos(), way.sin(), 0.0) * random.between(1.0, 3.0);
+            let way = random.within(-0.4, 0.4);
+            let velocity = Vector3::new(way.cos(), way.sin(), 0.0) * random.within(1.0, 3.0);
             let from = -0.12 * velocity;
-            let start = body.at([from.x, from.y], random.between(0.0, 6.0), velocity.into());
+            let start = body.at([from.x, from.y], random.within(0.0, 6.0), velocity.into());
             let mut states = vec![start];
             states.extend_from_slice(&at_rest);
             let found = deviates(&world, states, 120, |_| velocity);

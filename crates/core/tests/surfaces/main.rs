@@ -5,6 +5,8 @@
 
 #[path = "../common/campaign.rs"]
 mod campaign;
+#[path = "../common/mod.rs"]
+mod common;
 mod controls;
 mod floors;
 mod flush;

@@ -1,17 +1,12 @@
 //! Bodies on meshes whose vertices are off by noise, as in files with single precision.
 
 use crate::campaign::size;
-use crate::floors::world;
-use crate::shapes::{Body, Random, attitude, standing};
-use nalgebra::{UnitQuaternion, Vector3};
+use crate::common::draw::WideDraw;
+use crate::common::prelude::*;
+use crate::floors::{on_terrain, world};
+use crate::shapes::{Body, attitude, standing};
 use std::f64::consts::TAU;
-use std::sync::Arc;
 use tumble_core::geometry::terrain::Surface;
-use tumble_core::geometry::{Piece, Terrain};
-use tumble_core::mechanics::RigidBody;
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{FixedTerrain, World};
 
 const SHAPES: [&str; 10] =
     ["cylinder", "octagon", "cone", "prism", "box", "cube", "wedge", "pyramid", "capsule", "ball"];
@@ -20,7 +15,7 @@ const NOISES: [f64; 6] = [1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4];
 /// Vertices along a side of 4 m.
 const COUNT: u32 = 9;
 
-fn body(name: &str, random: &mut Random) -> Body {
+fn body(name: &str, random: &mut WideDraw) -> Body {
     if name != "octagon" {
         return standing(name, random);
     }
@@ -43,26 +38,22 @@ fn on_mesh(
         let above = at + COUNT;
         [[at, at + 1, above + 1], [at, above + 1, above]]
     });
-    let terrain = Terrain::from(Surface::new(vertices, triangles.collect()).unwrap());
-    let terrain = FixedTerrain { terrain: Arc::new(terrain), friction: None };
-    world.with_terrains(vec![terrain]).unwrap()
+    on_terrain(world, Surface::new(vertices, triangles.collect()).unwrap())
 }
 
 /// Fault of a run over a level mesh with noise (m). On one plane a body without friction keeps its
 /// velocity. The slopes are at most 6 times the noise, in m, and change it by this part of v + g t.
 fn slide_fault(shape: &str, noise: f64, friction: f64, seed: u64, steps: usize) -> Option<String> {
-    let mut random = Random::new(seed);
+    let mut random = WideDraw::wide(seed);
     let body = body(shape, &mut random);
-    let way = random.between(0.0, TAU);
-    let velocity = Vector3::new(way.cos(), way.sin(), 0.0) * random.between(0.5, 2.5);
+    let way = random.within(0.0, TAU);
+    let velocity = Vector3::new(way.cos(), way.sin(), 0.0) * random.within(0.5, 2.5);
     let from = -velocity * 0.002 * (steps as f64) / 2.0;
-    let mut start = body.at([from.x, from.y], random.between(0.0, TAU), velocity.into());
+    let mut start = body.at([from.x, from.y], random.within(0.0, TAU), velocity.into());
     start.position.z += 2.0 * noise;
     let plane = world(&body.body, false, friction);
-    let world = on_mesh(plane, || random.between(-noise, noise), |vertex| vertex);
-    let motion = Motion::native(&world);
-    let mut simulation = Simulation::new(world, [start], motion).unwrap();
-    let mut record = StepRecord::new();
+    let world = on_mesh(plane, || random.within(-noise, noise), |vertex| vertex);
+    let (mut simulation, mut record) = (simulate(&world, &[start]), StepRecord::new());
     let most = 1e-7 + 6.0 * noise * (2.0 * 2.5 + 9.81 * 0.002 * steps as f64);
     for k in 0..steps {
         simulation.step(&mut record).unwrap();
@@ -83,9 +74,9 @@ fn bodies_slide_over_noise_as_over_a_plane() {
     let mut wrong = Vec::new();
     for shape in SHAPES {
         for run in 0..runs as u64 {
-            let mut random = Random::new(run);
-            let noise = NOISES[random.between(0.0, NOISES.len() as f64) as usize];
-            let friction = [0.0, 0.3][random.between(0.0, 2.0) as usize];
+            let mut random = WideDraw::wide(run);
+            let noise = NOISES[random.within(0.0, NOISES.len() as f64) as usize];
+            let friction = [0.0, 0.3][random.within(0.0, 2.0) as usize];
             let fault = slide_fault(shape, noise, friction, run, steps);
             wrong.extend(fault.map(|fault| format!("{shape} {noise:e} {friction} {run}: {fault}")));
         }
@@ -141,15 +132,9 @@ fn cylinder_slides_down_a_ramp_in_single_precision() {
         let mut start = upright.at([0.0, 0.0], 0.0, [0.0; 3]);
         start.attitude = attitude(&tilt);
         start.position = tilt * (Vector3::z() * (0.1 + 1e-6) - down * 0.4);
-        let motion = Motion::native(&world);
-        let mut simulation = Simulation::new(world, [start], motion).unwrap();
-        let mut record = StepRecord::new();
-        for k in 0..200 {
-            simulation.step(&mut record).unwrap();
-            let status = record.status();
-            assert!(!matches!(status, StepStatus::Failed | StepStatus::Wild), "{turn}, step {k}");
-        }
-        let found = record.next().velocity;
+        let has_moved =
+            |record: &StepRecord| !matches!(record.status(), StepStatus::Failed | StepStatus::Wild);
+        let found = last_step(&mut simulate(&world, &[start]), 200, has_moved).next().velocity;
         let expected = tilt * down * (9.81 * slope.sin() * 0.002 * 200.0);
         // Slopes of 1e-7, and the first step closes a gap of 1e-6 m.
         assert!((found - expected).norm() < 1e-3, "{turn}: {found:?}, not {expected:?}");

@@ -1,16 +1,12 @@
 //! Contacts that are not there are found by (18g), whatever the solver says.
 
-use crate::floors::{block, world};
-use crate::shapes::{Random, standing};
-use nalgebra::Vector3;
-use std::sync::Arc;
-use tumble_core::contact::{
-    Candidates, Contact, ContactKey, ContactLaw, Features, PairFeatures, Partner, Plane,
-};
+use crate::common::draw::WideDraw;
+use crate::common::prelude::*;
+use crate::floors::{block, on_terrain, world};
+use crate::shapes::standing;
+use tumble_core::contact::{ContactKey, ContactLaw, Features, PairFeatures};
 use tumble_core::geometry::terrain::HeightField;
-use tumble_core::geometry::{Feature, Piece, PieceSide, Terrain};
-use tumble_core::mechanics::{RigidBody, State};
-use tumble_core::world::{FixedTerrain, Integrator, Parameters, World};
+use tumble_core::geometry::{Feature, PieceSide, Terrain};
 
 /// Error (18g) of one loaded contact of the body 0 with the fixed collider `index` (m). The body's
 /// `point` touches a plane with the `normal` (world).
@@ -37,7 +33,7 @@ fn error(
 
 #[test]
 fn ghost_contact_at_a_flush_joint_has_an_error_and_the_true_one_has_none() {
-    let body = standing("cube", &mut Random::new(1));
+    let body = standing("cube", &mut WideDraw::wide(1));
     let tiles =
         vec![block([-1.0, -1.0, -0.2], [0.0, 1.0, 0.0]), block([0.0, -1.0, -0.2], [1.0, 1.0, 0.0])];
     let world = world(&body.body, false, 0.5).with_fixed(tiles).unwrap();
@@ -53,7 +49,7 @@ fn ghost_contact_at_a_flush_joint_has_an_error_and_the_true_one_has_none() {
 
 #[test]
 fn contact_beyond_the_end_of_a_face_has_an_error() {
-    let body = standing("cube", &mut Random::new(1));
+    let body = standing("cube", &mut WideDraw::wide(1));
     let world =
         world(&body.body, false, 0.5).with_fixed(vec![block([-1.0, -1.0, -0.2], [0.0, 1.0, 0.0])]);
     let world = world.unwrap();
@@ -67,14 +63,13 @@ fn contact_beyond_the_end_of_a_face_has_an_error() {
 
 #[test]
 fn wrong_side_of_a_facet_has_an_error() {
-    let body = standing("cube", &mut Random::new(1));
+    let body = standing("cube", &mut WideDraw::wide(1));
     let field = HeightField::new(vec![0.0; 25], 5, [0.5, 0.5]).unwrap();
     let (triangle, place) = (9, Vector3::zeros());
     let terrain = Terrain::from(field);
     let [a, b, c] = terrain.corners(triangle);
     let middle = (a + b + c) / 3.0 + place;
-    let terrain = FixedTerrain { terrain: Arc::new(terrain), friction: None };
-    let world = world(&body.body, false, 0.5).with_terrains(vec![terrain]).unwrap();
+    let world = on_terrain(world(&body.body, false, 0.5), terrain);
     let half = body.height;
     let state = body.at([middle.x - half, middle.y - half], 0.0, [0.0; 3]);
     let corner = Vector3::new(half, half, -half);
@@ -86,17 +81,15 @@ fn wrong_side_of_a_facet_has_an_error() {
 /// over the next one. The next tile hides the body's face from the first tile there, and not at the border.
 #[test]
 fn contact_of_a_body_that_crosses_a_joint_of_tiles_has_no_error() {
-    let body = standing("cube", &mut Random::new(1));
+    let body = standing("cube", &mut WideDraw::wide(1));
     let tile = Piece::cuboid(Vector3::new(1.0, 1.0, 0.1)).unwrap();
     let (tile, _) = RigidBody::solid(20.0, &[tile]).unwrap();
-    let world = World::new(Parameters {
+    let world = euler(Parameters {
         ground: None,
         gravity: Vector3::zeros(),
         friction: 0.0,
         ..Parameters::new(vec![body.body.clone(), tile.clone(), tile])
-    })
-    .unwrap()
-    .with_integrator(Integrator::Euler);
+    });
     let half = body.height;
     let lies = |x: f64| State {
         position: Vector3::new(x, 0.0, -0.1),
@@ -129,7 +122,7 @@ fn contact_of_a_body_that_crosses_a_joint_of_tiles_has_no_error() {
 /// A cube that ends deeper in a tile than it began has lost a contact, and one that stays deep or is lifted has not.
 #[test]
 fn a_cube_that_sinks_into_a_tile_is_found() {
-    let body = standing("cube", &mut Random::new(1));
+    let body = standing("cube", &mut WideDraw::wide(1));
     let tile = block([-1.0, -1.0, -0.2], [1.0, 1.0, 0.0]);
     let world = world(&body.body, false, 0.5).with_fixed(vec![tile]).unwrap();
     let at = |depth: f64| {

@@ -1,25 +1,9 @@
-//! Bodies of all shapes, standing on a level plane, and random numbers.
+//! Bodies of all shapes, standing on a level plane.
 
-use nalgebra::{Quaternion, UnitQuaternion, Vector3, Vector4};
-use rand_mt::Mt64;
+use crate::common::draw::WideDraw;
+use crate::common::prelude::*;
+use nalgebra::Quaternion;
 use std::f64::consts::{FRAC_PI_2, TAU};
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::quaternion::rotation;
-use tumble_core::mechanics::{RigidBody, State};
-
-/// Random numbers of one seed.
-pub struct Random(Mt64);
-
-impl Random {
-    pub fn new(seed: u64) -> Self {
-        Self(Mt64::new(seed))
-    }
-
-    /// Uniform number from `low` to `high`.
-    pub fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-}
 
 /// Names of the shapes of [`standing`].
 pub const SHAPES: [&str; 11] = [
@@ -50,8 +34,8 @@ fn points(list: &[[f64; 3]]) -> Vec<Vector3<f64>> {
 }
 
 /// The shape `name` of about 0.2 m, in random proportions.
-pub fn standing(name: &str, random: &mut Random) -> Body {
-    let mut length = || random.between(0.08, 0.16);
+pub fn standing(name: &str, random: &mut WideDraw) -> Body {
+    let mut length = || random.within(0.08, 0.16);
     let (a, b, c) = (length(), length(), length());
     let mut lying = false;
     let piece = match name {
@@ -122,6 +106,11 @@ pub fn attitude(rotation: &UnitQuaternion<f64>) -> Vector4<f64> {
     Vector4::new(coords.w, coords.x, coords.y, coords.z)
 }
 
+/// State of a body at `position` (m) with the `velocity` (m/s) that does not turn.
+pub fn at(position: [f64; 3], velocity: [f64; 3]) -> State {
+    State { velocity: velocity.into(), ..State::at_rest(position) }
+}
+
 impl Body {
     /// Distance from the centre of mass to the farthest point along the unit vector n (m, world).
     pub fn reach_along(&self, state: &State, n: &Vector3<f64>) -> f64 {
@@ -131,11 +120,6 @@ impl Body {
     /// The body standing at (x, y) on the plane z = 0, turned by `angle` (rad) about the vertical.
     pub fn at(&self, [x, y]: [f64; 2], angle: f64, velocity: [f64; 3]) -> State {
         let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
-        State {
-            position: Vector3::new(x, y, self.height),
-            attitude: attitude(&(turn * self.upright)),
-            velocity: velocity.into(),
-            spin: Vector3::zeros(),
-        }
+        State { attitude: attitude(&(turn * self.upright)), ..at([x, y, self.height], velocity) }
     }
 }

@@ -1,13 +1,9 @@
 //! The derivative of an impact by the sizes of both bodies, for all pairs of shapes.
 
-use crate::shapes::{Body, Random, SHAPES, attitude, standing};
-use nalgebra::{UnitQuaternion, Vector3};
+use crate::common::draw::WideDraw;
+use crate::common::prelude::*;
+use crate::shapes::{Body, SHAPES, attitude, standing};
 use std::f64::consts::TAU;
-use tumble_core::derivative::StateChange;
-use tumble_core::mechanics::State;
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::solver::native::{StepChange, StepDerivative};
-use tumble_core::world::{Constant, Integrator, Parameters, World};
 
 /// Attitudes of each pair.
 const DRAWS: usize = 80;
@@ -16,34 +12,33 @@ const APART: f64 = 1e-6;
 
 /// Two bodies in random attitudes, 2 mm apart at most if they meet within one step at 4 m/s. Some pass
 /// each other.
-fn meeting(a: &Body, b: &Body, random: &mut Random) -> (World, [State; 2]) {
-    let turned = |random: &mut Random| {
-        let mut angle = || random.between(0.0, TAU);
+fn meeting(a: &Body, b: &Body, random: &mut WideDraw) -> (World, [State; 2]) {
+    let turned = |random: &mut WideDraw| {
+        let mut angle = || random.within(0.0, TAU);
         attitude(&UnitQuaternion::from_euler_angles(angle(), angle(), angle()))
     };
     let way =
-        UnitQuaternion::from_euler_angles(0.0, random.between(-1.5, 1.5), random.between(0.0, TAU))
+        UnitQuaternion::from_euler_angles(0.0, random.within(-1.5, 1.5), random.within(0.0, TAU))
             * Vector3::x();
     let still = |attitude| State { attitude, ..State::at_rest(Vector3::zeros()) };
     let mut states = [still(turned(random)), still(turned(random))];
     let apart = a.reach_along(&states[0], &way) + b.reach_along(&states[1], &-way);
     states[1].position = way * apart;
     states[1].velocity = -4.0 * way;
-    let world = World::new(Parameters {
+    let world = euler(Parameters {
         ground: None,
         gravity: Vector3::zeros(),
         friction: 0.3,
         time_step: 5e-4,
         ..Parameters::new(vec![a.body.clone(), b.body.clone()])
     });
-    (world.unwrap().with_integrator(Integrator::Euler), states)
+    (world, states)
 }
 
 /// End of a step of both bodies with these sizes relative to their own.
 fn step(world: &World, states: &[State; 2], sizes: [f64; 2]) -> (StepRecord, StepDerivative) {
     let world = world.with_constants(&[(Constant::Size, &sizes)]).unwrap();
-    let motion = Motion::native(&world);
-    let mut simulation = Simulation::new(world, states.to_vec(), motion).unwrap();
+    let mut simulation = simulate(&world, states);
     let (mut record, mut derivative) = (StepRecord::new(), StepDerivative::new());
     simulation.step(&mut record).unwrap();
     simulation.linearise(&record, &mut derivative).unwrap();
@@ -57,7 +52,7 @@ fn velocities(record: &StepRecord) -> [Vector3<f64>; 2] {
 
 #[test]
 fn the_derivative_by_size_agrees_with_differences_for_all_pairs_of_shapes() {
-    let mut random = Random::new(70);
+    let mut random = WideDraw::wide(70);
     let mut wrong = Vec::new();
     let (mut judged, mut met) = (0, 0);
     for (index, first) in SHAPES.iter().enumerate() {

@@ -1,15 +1,11 @@
 //! A body that slides over flush joints moves as on one plane.
 
 use crate::campaign::size;
+use crate::common::draw::WideDraw;
+use crate::common::prelude::*;
 use crate::floors::{FLOORS, floor, world};
-use crate::shapes::{Random, SHAPES, standing};
-use nalgebra::Vector3;
+use crate::shapes::{SHAPES, standing};
 use std::f64::consts::TAU;
-use tumble_core::contact::Partner;
-use tumble_core::mechanics::State;
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
-use tumble_core::world::World;
 
 /// Largest difference of positions and velocities from those on one plane (m, m/s).
 const SAME: f64 = 1e-9;
@@ -25,8 +21,7 @@ fn is_solved(status: StepStatus) -> bool {
 }
 
 fn run(world: &World, start: &State, steps: usize) -> Path {
-    let mut simulation = Simulation::new(world.clone(), [*start], Motion::native(world)).unwrap();
-    let mut record = StepRecord::new();
+    let (mut simulation, mut record) = (simulate(world, &[*start]), StepRecord::new());
     let mut path = Path { states: vec![*start], bad: 0 };
     for _ in 0..steps {
         simulation.step(&mut record).unwrap();
@@ -39,12 +34,12 @@ fn run(world: &World, start: &State, steps: usize) -> Path {
 
 /// A run in which the body `shape` slides over the floor `name`, and the same run on a plane.
 fn differs(shape: &str, name: &str, friction: f64, seed: u64, steps: usize) -> Option<String> {
-    let mut random = Random::new(seed);
+    let mut random = WideDraw::wide(seed);
     let body = standing(shape, &mut random);
-    let place = [random.between(-0.5, 0.5), random.between(-0.5, 0.5)];
-    let (speed, way) = (random.between(0.5, 3.5), random.between(0.0, TAU));
+    let place = [random.within(-0.5, 0.5), random.within(-0.5, 0.5)];
+    let (speed, way) = (random.within(0.5, 3.5), random.within(0.0, TAU));
     let velocity = [speed * way.cos(), speed * way.sin(), 0.0];
-    let start = body.at(place, random.between(0.0, TAU), velocity);
+    let start = body.at(place, random.within(0.0, TAU), velocity);
     let ground = world(&body.body, true, friction);
     let ground = match name {
         "belts" => ground.with_surface(Partner::Ground, Vector3::new(0.7, 0.2, 0.0)).unwrap(),

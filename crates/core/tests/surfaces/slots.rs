@@ -1,16 +1,11 @@
 //! A body whose bottom covers a slot between level plates slides over it as over one plane.
 
 use crate::campaign::size;
+use crate::common::draw::WideDraw;
+use crate::common::prelude::*;
 use crate::floors::block;
-use crate::shapes::{Body, Random, standing};
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use crate::shapes::{Body, standing};
 use std::f64::consts::TAU;
-use tumble_core::contact::{Partner, Plane};
-use tumble_core::geometry::Piece;
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord};
-use tumble_core::step::StepStatus;
-use tumble_core::world::{Integrator, Parameters, World};
 
 /// Bodies with flat bottoms that are wider than the slots.
 const BODIES: [&str; 13] = [
@@ -75,7 +70,7 @@ fn pieces(name: &str) -> Vec<(Piece, [f64; 3])> {
     }
 }
 
-fn flat(name: &str, random: &mut Random) -> Body {
+fn flat(name: &str, random: &mut WideDraw) -> Body {
     if crate::shapes::SHAPES.contains(&name) {
         return standing(name, random);
     }
@@ -106,16 +101,10 @@ struct Slide {
 
 impl Slide {
     fn world(&self, body: &RigidBody, ground: Option<Plane>) -> World {
-        World::new(Parameters {
-            bodies: vec![body.clone()],
-            ground,
-            gravity: Vector3::new(0.0, 0.0, -9.81),
-            friction: self.friction,
-            time_step: self.time_step,
-            rotation: Rotation::Momentum,
-        })
-        .unwrap()
-        .with_integrator(self.integrator)
+        let parameters = Parameters::new(vec![body.clone()]);
+        let Self { friction, time_step, .. } = *self;
+        let world = World::new(Parameters { ground, friction, time_step, ..parameters });
+        world.unwrap().with_integrator(self.integrator)
     }
 
     /// First difference of a run over the slot from the same run on a plane.
@@ -132,9 +121,7 @@ impl Slide {
                 world.with_surface(*belt, Vector3::x() * self.belt).unwrap()
             };
             let world = [&plane, &slot][at].clone();
-            let world = belts[at].iter().fold(world, moving);
-            let motion = Motion::native(&world);
-            Simulation::new(world, [*start], motion).unwrap()
+            simulate(&belts[at].iter().fold(world, moving), &[*start])
         });
         let mut record = StepRecord::new();
         for k in 0..(0.9 / self.speed / self.time_step) as usize {
@@ -159,9 +146,9 @@ impl Slide {
 fn differences(name: &str, runs: usize) -> Vec<String> {
     let mut wrong = Vec::new();
     for seed in 0..runs as u64 {
-        let mut random = Random::new(seed);
+        let mut random = WideDraw::wide(seed);
         let body = flat(name, &mut random);
-        let mut pick = |count: usize| random.between(0.0, count as f64) as usize;
+        let mut pick = |count: usize| random.within(0.0, count as f64) as usize;
         let slide = Slide {
             width: WIDTHS[pick(WIDTHS.len())],
             speed: SPEEDS[pick(SPEEDS.len())],
@@ -170,9 +157,9 @@ fn differences(name: &str, runs: usize) -> Vec<String> {
             integrator: [Integrator::Euler, Integrator::Leapfrog][pick(2)],
             belt: 0.0,
         };
-        let way = random.between(-0.7, 0.7);
+        let way = random.within(-0.7, 0.7);
         let velocity = [slide.speed * way.cos(), slide.speed * way.sin(), 0.0];
-        let start = body.at([-0.35, random.between(-0.1, 0.1)], random.between(0.0, TAU), velocity);
+        let start = body.at([-0.35, random.within(-0.1, 0.1)], random.within(0.0, TAU), velocity);
         let differs = slide.differs(&body, &start);
         wrong.extend(differs.map(|differs| format!("{name}, seed {seed}, {slide:?}: {differs}")));
     }
@@ -196,7 +183,7 @@ fn puck_and_stool_do_not_trip_over_a_slot() {
                 let (body, _) = RigidBody::solid(1.0, &[puck]).unwrap();
                 Body { body, upright: UnitQuaternion::identity(), height: 0.05 }
             }
-            _ => flat(name, &mut Random::new(0)),
+            _ => flat(name, &mut WideDraw::wide(0)),
         };
         for time_step in STEPS {
             for case in 0..4 {
@@ -249,16 +236,14 @@ fn bodies_stop_at_steps_up_beyond_a_slot() {
             let (speed, time_step, friction) = (1.0, STEPS[1 + case / 2], 0.0);
             let integrator = Integrator::Leapfrog;
             let slide = Slide { width, speed, time_step, friction, integrator, belt: 0.0 };
-            let body = flat(name, &mut Random::new(case as u64));
+            let body = flat(name, &mut WideDraw::wide(case as u64));
             let plates = vec![
                 block([-6.0, -6.0, -0.2], [0.0, 6.0, 0.0]),
                 block([width, -6.0, -0.2], [6.0, 6.0, height]),
             ];
             let world = slide.world(&body.body, None).with_fixed(plates).unwrap();
             let start = body.at([-0.3501, 0.0], 0.0, [speed, 0.0, 0.0]);
-            let motion = Motion::native(&world);
-            let mut simulation = Simulation::new(world, [start], motion).unwrap();
-            let mut record = StepRecord::new();
+            let (mut simulation, mut record) = (simulate(&world, &[start]), StepRecord::new());
             let stops = (0..(0.5 / time_step) as usize).any(|_| {
                 simulation.step(&mut record).unwrap();
                 simulation.state().velocity.x < 0.5 * speed

@@ -2,16 +2,15 @@
 //! where two pieces touch, and nearly all steps are solved.
 
 use crate::campaign::size;
-use crate::floors::{FLOORS, floor};
-use crate::shapes::{Random, SHAPES, attitude, standing};
-use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+use crate::common::draw::WideDraw;
+use crate::common::prelude::*;
+use crate::floors::{FLOORS, floor, moved, on_terrain, world};
+use crate::shapes::{SHAPES, attitude, standing};
+use nalgebra::Quaternion;
 use std::collections::BTreeMap;
-use std::sync::Arc;
 use tumble_core::geometry::Terrain;
 use tumble_core::geometry::terrain::HeightField;
-use tumble_core::mechanics::{RigidBody, Rotation, State};
-use tumble_core::simulation::{Motion, Simulation, StepRecord, UnphysicalCause};
-use tumble_core::world::{FixedTerrain, Integrator, Parameters, World};
+use tumble_core::simulation::UnphysicalCause;
 
 /// Largest overlap and largest error of a contact in a solved step (m).
 const DEEP: f64 = 1e-4;
@@ -32,7 +31,7 @@ struct Campaign {
 }
 
 /// Kinetic energy and the energy of a height (J).
-fn energy(bodies: &[RigidBody], states: &[State]) -> (f64, f64) {
+pub fn energy(bodies: &[RigidBody], states: &[State]) -> (f64, f64) {
     let parts = bodies.iter().zip(states).map(|(body, state)| {
         let turning = 0.5 * state.spin.dot(&(body.inertia() * state.spin));
         let moving = 0.5 * body.mass() * state.velocity.norm_squared();
@@ -97,13 +96,9 @@ impl Campaign {
 }
 
 /// A random rotation.
-fn any_turn(random: &mut Random) -> UnitQuaternion<f64> {
-    let mut part = || random.between(-1.0, 1.0);
+fn any_turn(random: &mut WideDraw) -> UnitQuaternion<f64> {
+    let mut part = || random.within(-1.0, 1.0);
     UnitQuaternion::from_quaternion(Quaternion::new(part(), part(), part(), part()))
-}
-
-fn any_vector(random: &mut Random, size: f64) -> Vector3<f64> {
-    Vector3::from_fn(|_, _| random.between(-size, size))
 }
 
 /// Bodies thrown on a floor, with random spin.
@@ -113,19 +108,19 @@ fn thrown_on_floors(count: u64, steps: usize) -> Campaign {
         for name in FLOORS.iter().filter(|name| **name != "belts") {
             for seed in 0..count {
                 let mut random =
-                    Random::new(1000 + 97 * seed + shape.len() as u64 + 7 * name.len() as u64);
+                    WideDraw::wide(1000 + 97 * seed + shape.len() as u64 + 7 * name.len() as u64);
                 let body = standing(shape, &mut random);
                 let start = State {
                     position: Vector3::new(
-                        random.between(-0.5, 0.5),
-                        random.between(-0.5, 0.5),
+                        random.within(-0.5, 0.5),
+                        random.within(-0.5, 0.5),
                         0.35,
                     ),
                     attitude: attitude(&any_turn(&mut random)),
-                    velocity: any_vector(&mut random, 2.0),
-                    spin: any_vector(&mut random, 8.0),
+                    velocity: random.vector(2.0),
+                    spin: random.vector(8.0),
                 };
-                let friction = random.between(0.0, 0.8);
+                let friction = random.within(0.0, 0.8);
                 let world = floor(name, &body.body, friction, &mut random);
                 campaign.run(&format!("{shape} on {name}, seed {seed}"), &world, &[start], steps);
             }
@@ -135,14 +130,14 @@ fn thrown_on_floors(count: u64, steps: usize) -> Campaign {
 }
 
 /// A height field of 40 × 40 cells of 5 to 25 cm with random heights.
-fn rough(random: &mut Random) -> Terrain {
-    let spacing = random.between(0.05, 0.25);
-    let height = random.between(0.05, 0.6) * spacing;
-    let heights = (0..41 * 41).map(|_| random.between(-height, height)).collect();
+fn rough(random: &mut WideDraw) -> Terrain {
+    let spacing = random.within(0.05, 0.25);
+    let height = random.within(0.05, 0.6) * spacing;
+    let heights = (0..41 * 41).map(|_| random.within(-height, height)).collect();
     let field = HeightField::new(heights, 41, [spacing, spacing]).unwrap();
     let middle = field.point(20, 20);
     let shift = Vector3::new(-middle.x, -middle.y, 0.0);
-    Terrain::from(field.moved_by(&Matrix3::identity(), &shift).unwrap())
+    moved(field, &shift)
 }
 
 /// Bodies thrown on rough terrains.
@@ -150,54 +145,37 @@ fn thrown_on_terrains(count: u64, steps: usize) -> Campaign {
     let mut campaign = Campaign::default();
     for seed in 0..count {
         for shape in SHAPES {
-            let mut random = Random::new(5000 + seed);
-            let terrain = Arc::new(rough(&mut random));
+            let mut random = WideDraw::wide(5000 + seed);
+            let terrain = rough(&mut random);
             let body = standing(shape, &mut random);
             let start = State {
                 position: Vector3::new(0.0, 0.0, 0.5),
                 attitude: attitude(&any_turn(&mut random)),
-                velocity: any_vector(&mut random, 1.5),
-                spin: any_vector(&mut random, 6.0),
+                velocity: random.vector(1.5),
+                spin: random.vector(6.0),
             };
-            let world = World::new(parameters(vec![body.body], random.between(0.0, 0.8)))
-                .unwrap()
-                .with_integrator(Integrator::Euler);
-            let world =
-                world.with_terrains(vec![FixedTerrain { terrain, friction: None }]).unwrap();
+            let world = world(&body.body, false, random.within(0.0, 0.8));
+            let world = on_terrain(world, terrain);
             campaign.run(&format!("{shape} on terrain {seed}"), &world, &[start], steps);
         }
     }
     campaign
 }
 
-fn parameters(bodies: Vec<RigidBody>, friction: f64) -> Parameters {
-    Parameters {
-        bodies,
-        ground: None,
-        gravity: Vector3::new(0.0, 0.0, -GRAVITY),
-        friction,
-        time_step: 0.002,
-        rotation: Rotation::Momentum,
-    }
-}
-
 /// Two bodies of these shapes meet in random attitudes, above the ground.
 fn pair_of_shapes(campaign: &mut Campaign, [one, other]: [&str; 2], seed: u64, steps: usize) {
-    let mut random = Random::new(9000 + seed);
+    let mut random = WideDraw::wide(9000 + seed);
     let bodies = [standing(one, &mut random), standing(other, &mut random)];
     let speed = [0.2, 1.0, 4.0][seed as usize % 3];
     let mut start = |x: f64| State {
-        position: Vector3::new(x, random.between(-0.03, 0.03), 0.3),
+        position: Vector3::new(x, random.within(-0.03, 0.03), 0.3),
         attitude: attitude(&any_turn(&mut random)),
         velocity: Vector3::new(-x.signum() * speed, 0.0, 0.0),
-        spin: any_vector(&mut random, 3.0),
+        spin: random.vector(3.0),
     };
     let states = [start(-0.3), start(0.3)];
-    let parameters = Parameters {
-        ground: Some(tumble_core::contact::Plane::level()),
-        ..parameters(bodies.map(|body| body.body).to_vec(), random.between(0.0, 0.8))
-    };
-    let world = World::new(parameters).unwrap().with_integrator(Integrator::Euler);
+    let parameters = Parameters::new(bodies.map(|body| body.body).to_vec());
+    let world = euler(Parameters { friction: random.within(0.0, 0.8), ..parameters });
     campaign.run(&format!("{one} and {other}, seed {seed}"), &world, &states, steps);
 }
 
