@@ -33,6 +33,7 @@
 //! the ellipsoids and discs of smooth shapes, at the point that is nearest. Equation numbers
 //! refer to `docs/formulation.md`.
 
+pub mod adhesion;
 mod candidates;
 pub mod certificate;
 pub(crate) mod collider;

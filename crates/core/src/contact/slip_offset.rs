@@ -170,8 +170,9 @@ impl Contact {
         force: &Vector3<f64>,
         slip: &Vector3<f64>,
     ) -> bool {
-        let pressing = self.normal().dot(force);
-        let friction = (force - self.normal() * pressing).norm();
+        let normal = self.normal();
+        let friction = (force - normal * normal.dot(force)).norm();
+        let pressing = normal.dot(&self.pressing_force(world, force));
         let is_at_limit = friction >= (1.0 - AT_LIMIT) * self.law.friction * pressing;
         self.law.static_friction == Some(self.law.friction)
             && slip.norm() > if is_at_limit { ROUNDING } else { SLOWEST } * world.speed_scale()

@@ -2,6 +2,7 @@
 
 #![allow(clippy::disallowed_methods)]
 
+mod adhesion;
 mod apart;
 #[path = "../common/mod.rs"]
 mod common;

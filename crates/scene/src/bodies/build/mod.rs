@@ -98,7 +98,7 @@ pub fn build(mut file: Document, files: Files<'_>) -> Result<BuiltDocument, Stri
     builder.document.friction.extend(pairs);
     for of in Coefficient::ALL {
         let entries = file.coefficient_mut(of).take().unwrap_or_default();
-        let pairs = builder.pairs_of(of.name(), &entries, 10.0)?;
+        let pairs = builder.pairs_of(of.name(), &entries, of.largest())?;
         if !pairs.is_empty() {
             builder.document.coefficient_mut(of).get_or_insert_default().extend(pairs);
         }
@@ -479,8 +479,9 @@ impl<'a> Builder<'a> {
                 Coefficient::StaticFriction => (friction, format!("the friction, {friction:?},")),
                 _ => (0.0, "0".to_owned()),
             };
-            if !(least..=10.0).contains(own) {
-                return Err(format!("{} is {own:?}; allowed: {named} to 10", of.name()));
+            let most = of.largest();
+            if !(least..=most).contains(own) {
+                return Err(format!("{} is {own:?}; allowed: {named} to {most}", of.name()));
             }
         }
         Ok(())
