@@ -58,6 +58,7 @@ mod support;
 mod tampering;
 mod threads;
 mod turning_friction;
+mod turning_surfaces;
 mod tutorial;
 mod unsolved;
 mod verify;

@@ -58,6 +58,18 @@ pub struct FrictionAxis {
     pub factor: f64,
 }
 
+/// Motion of a surface over its owner, in the body frame, or the world frame for fixed geometry.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
+pub struct SurfaceMotion {
+    /// Velocity (m/s).
+    pub velocity: Vector3<f64>,
+    /// Angular velocity about the centre (rad/s).
+    pub spin: Vector3<f64>,
+    /// Centre of the spin (m).
+    pub centre: Vector3<f64>,
+}
+
 /// Coefficient of contact laws that the world, bodies, fixed geometry and pairs can have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -19,7 +19,9 @@ mod terrain;
 mod turning_friction;
 
 use crate::kinematics::StepMap;
-pub use crate::partner::{Coefficient, ContactLaw, FrictionAxis, Partner, TurningFriction};
+pub use crate::partner::{
+    Coefficient, ContactLaw, FrictionAxis, Partner, SurfaceMotion, TurningFriction,
+};
 pub(crate) use apart::KnownSeparations;
 pub(crate) use changes::Changeable;
 pub(crate) use changes::without;
@@ -180,8 +182,8 @@ pub struct World {
     groups: Option<Box<GroupMasks>>,
     /// Held flag of each body; empty if no body is held.
     held: Vec<bool>,
-    /// Surface velocities, each with its collider.
-    surfaces: Vec<(Partner, Vector3<f64>)>,
+    /// Motions of surfaces, each with its collider.
+    surfaces: Vec<(Partner, SurfaceMotion)>,
     pair_frictions: PairLaws,
     /// Coefficients of laws, if any is set.
     coefficients: Option<Box<LawCoefficients>>,

@@ -431,9 +431,8 @@ struct FrictionSlope {
     slope: Vector3<f64>,
     /// Speed of A's surface away from B's at the touching point (m/s).
     parting: f64,
-    /// Angular velocities of A and B (rad/s) and velocities of their moving surfaces (m/s, world).
+    /// Angular velocities of A and B (rad/s, world).
     spins: [Vector3<f64>; 2],
-    surfaces: [Vector3<f64>; 2],
 }
 
 impl FrictionSlope {
@@ -453,12 +452,11 @@ impl FrictionSlope {
         };
         let spin = |owner: Partner| owner.body().map_or(Vector3::zeros(), |body| states[body].spin);
         let range = most - world.friction_between(contact.key.body, contact.key.partner);
-        let surfaces = owners.map(|owner| of(owner, world.surface_of(owner)));
+        let surfaces = contact.surface_velocities(world, states, 0.0);
         Some(Self {
             slope: slip.normalize() * (slope * range),
             parting: n.dot(&(velocity + surfaces[0] - surfaces[1])),
             spins: owners.map(|owner| of(owner, spin(owner))),
-            surfaces,
         })
     }
 
@@ -470,9 +468,10 @@ impl FrictionSlope {
     fn change(&self, of: &LinearCoupling, sides: [&SideChangeInput; 2], rows: &RowChange) -> f64 {
         let mut change = -rows.turn.cross(&of.tangent.normal()) * self.parting;
         let arms = of.tangent.arms();
+        let surfaces = of.tangent.surface_change(sides, rows, false, 0.0);
         for (side, (given, sign)) in sides.into_iter().zip([1.0, -1.0]).enumerate() {
             let spin = of.rotations[side] * given.spin + given.turn.cross(&self.spins[side]);
-            let moved = given.velocity + given.turn.cross(&self.surfaces[side]);
+            let moved = given.velocity + surfaces[side];
             let turning = spin.cross(&arms[side]) + self.spins[side].cross(&rows.arms[side]);
             change += (moved + turning) * sign;
         }
