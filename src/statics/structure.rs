@@ -109,7 +109,8 @@ impl Structure {
     /// reach ℓ of the world: a body falls by |g| h² in a step from rest.
     ///
     /// # Errors
-    /// [`Error::Count`] without one state for each body, or for a wrench or contact of another body.
+    /// [`Error::Count`] without one state for each body, or for a wrench or contact of another body;
+    /// [`Error::Unsupported`] with adhesion.
     ///
     /// # Panics
     /// If a contact has a fixed piece that the world does not have.
@@ -128,6 +129,10 @@ impl Structure {
         if let Some(other) = contacts.iter().find(|contact| !is_known(contact)) {
             let count = other.key.body;
             return Err(Error::Count { field: "body of a contact", count, allowed: "a body" });
+        }
+        if world.has_adhesion() {
+            let why = "equilibria have no adhesion; run the scene";
+            return Err(Error::Unsupported { what: "adhesion", why });
         }
         let largest = largest_gap(world);
         let is_held = |body: usize| world.is_held(body);

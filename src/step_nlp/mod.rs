@@ -204,6 +204,8 @@ impl StepNlp {
             Some("the tutorial's program does not support rolling and torsional resistance")
         } else if !world.friction_axes().is_empty() {
             Some("the tutorial's program does not support friction that depends on the direction")
+        } else if world.has_adhesion() {
+            Some("the tutorial's program does not support adhesion")
         } else if world.has_static_friction() {
             Some("the tutorial's program does not support static friction")
         } else if world.has_restitution() {

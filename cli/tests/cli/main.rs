@@ -1,6 +1,7 @@
 //! End-to-end tests of the command line in temporary directories: files, exit codes, messages.
 
 mod accuracy;
+mod adhesion;
 mod balance;
 mod broken_scenes;
 mod changed_files;
@@ -58,6 +59,7 @@ mod sweep;
 mod tampering;
 mod threads;
 mod turning_friction;
+mod turning_surfaces;
 mod tutorial;
 mod unsolved;
 mod verify;

@@ -45,6 +45,8 @@ pub struct ContactLaw {
     pub static_friction: Option<f64>,
     /// Coefficient of [restitution](crate::contact::restitution) e.
     pub restitution: f64,
+    /// h a/m_A (m/s): share of the pair's [adhesion](crate::contact::adhesion), as an impulse over the mass of A.
+    pub adhesion: f64,
 }
 
 /// Friction of a surface that depends on the direction.
@@ -54,6 +56,18 @@ pub struct FrictionAxis {
     pub direction: Vector3<f64>,
     /// Coefficient along the axis, over the one across it.
     pub factor: f64,
+}
+
+/// Motion of a surface over its owner, in the body frame, or the world frame for fixed geometry.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
+pub struct SurfaceMotion {
+    /// Velocity (m/s).
+    pub velocity: Vector3<f64>,
+    /// Angular velocity about the centre (rad/s).
+    pub spin: Vector3<f64>,
+    /// Centre of the spin (m).
+    pub centre: Vector3<f64>,
 }
 
 /// Coefficient of contact laws that the world, bodies, fixed geometry and pairs can have.
@@ -67,12 +81,14 @@ pub enum Coefficient {
     RollingFriction,
     /// μ_s (m): resistance to turning about the normal.
     TorsionalFriction,
+    /// F (N): largest pull of a pair that touches.
+    Adhesion,
 }
 
 impl Coefficient {
     /// All coefficients.
-    pub const ALL: [Self; 3] =
-        [Self::StaticFriction, Self::RollingFriction, Self::TorsionalFriction];
+    pub const ALL: [Self; 4] =
+        [Self::StaticFriction, Self::RollingFriction, Self::TorsionalFriction, Self::Adhesion];
 
     /// Name in files and in arrays.
     pub fn name(self) -> &'static str {
@@ -80,6 +96,7 @@ impl Coefficient {
             Self::StaticFriction => "static_friction",
             Self::RollingFriction => "rolling_friction",
             Self::TorsionalFriction => "torsional_friction",
+            Self::Adhesion => "adhesion",
         }
     }
 
@@ -89,7 +106,13 @@ impl Coefficient {
             Self::StaticFriction => "coefficient of static friction",
             Self::RollingFriction => "coefficient of rolling friction (m)",
             Self::TorsionalFriction => "coefficient of torsional friction (m)",
+            Self::Adhesion => "adhesion (N)",
         }
+    }
+
+    /// Largest value.
+    pub fn largest(self) -> f64 {
+        if self == Self::Adhesion { 1e9 } else { 10.0 }
     }
 
     /// Coefficient with this name in error messages.

@@ -98,8 +98,11 @@ pub struct ContactForce {
     pub key: ContactKey,
     /// Force f on body A (N), world frame. Body B receives the opposite force.
     pub force: Vector3<f64>,
-    /// Component of the force along the contact normal (N).
+    /// Component of the force along the contact normal (N); negative if [adhesion](crate::contact::adhesion)
+    /// holds the bodies together.
     pub normal_force: f64,
+    /// Share a of the adhesion (eq. 48) (N).
+    pub adhesion: f64,
     /// Mean slip velocity of the contact point over the step (m/s), world frame, orthogonal to the
     /// normal.
     pub slip: Vector3<f64>,
@@ -118,12 +121,17 @@ impl ContactForce {
     /// Zero force at the contact `key`.
     pub fn none(key: ContactKey) -> Self {
         let zero = Vector3::zeros();
-        Self { key, force: zero, normal_force: 0.0, slip: zero }
+        Self { key, force: zero, normal_force: 0.0, adhesion: 0.0, slip: zero }
     }
 
-    /// True if the normal force is positive.
+    /// f̃_n (eq. 48): normal force beyond the adhesion (N).
+    pub fn pressing_force(&self) -> f64 {
+        self.normal_force + self.adhesion
+    }
+
+    /// True if the pressing force is positive, beyond the rounding of the adhesion.
     pub fn carries_force(&self) -> bool {
-        self.normal_force > 0.0
+        self.pressing_force() > 1e-9 * self.adhesion
     }
 }
 

@@ -16,6 +16,8 @@ macro_rules! with_coefficients {
             rolling_friction: Option<$of>,
             /// Torsional friction (m).
             torsional_friction: Option<$of>,
+            /// Adhesion: largest pull of a pair that touches (N).
+            adhesion: Option<$of>,
         });
 
         impl $name {
@@ -25,6 +27,7 @@ macro_rules! with_coefficients {
                     self.static_friction.as_ref(),
                     self.rolling_friction.as_ref(),
                     self.torsional_friction.as_ref(),
+                    self.adhesion.as_ref(),
                 ]
             }
 
@@ -35,6 +38,7 @@ macro_rules! with_coefficients {
                     Coefficient::StaticFriction => &mut self.static_friction,
                     Coefficient::RollingFriction => &mut self.rolling_friction,
                     Coefficient::TorsionalFriction => &mut self.torsional_friction,
+                    Coefficient::Adhesion => &mut self.adhesion,
                 }
             }
         }

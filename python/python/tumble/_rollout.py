@@ -154,7 +154,7 @@ def rollout(
         - ``inertia`` (B, N, 3, 3) in kg m², ``gravity`` (B, 3) in m/s², ``time_step`` (B,) in s;
         - ``body_friction``, ``body_restitution``, ``fixed_friction``, ``pair_friction``,
           ``pair_restitution``, ``static_friction``, ``rolling_friction``,
-          ``torsional_friction``, ``friction_factor``: (B, number of coefficients in the scene);
+          ``torsional_friction``, ``adhesion`` (N), ``friction_factor``: (B, number of coefficients in the scene);
         - ``joint_friction``, ``joint_stiffness``, ``joint_rest``, ``joint_damping``,
           ``joint_force`` and ``armature`` (B, D);
         - ``joint_limits`` (B, L, 2) of the axes that have limits;

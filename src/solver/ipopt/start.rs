@@ -94,6 +94,7 @@ pub(super) fn write(
         let normal = contact.normal();
         let u = contact.motion([&from, &to], None, &map);
         ContactForce {
+            adhesion: 0.0,
             key: contact.key,
             force: contact.frame * force,
             normal_force: force[2],

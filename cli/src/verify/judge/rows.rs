@@ -3,6 +3,7 @@
 use super::{JudgedStep, StepJudge};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
+use tumble_core::contact::adhesion::share_adhesion;
 use tumble_core::contact::{ContactKey, ContactLoad, InstantMotions, PairFeatures};
 use tumble_core::geometry::Feature;
 use tumble_core::joint::JointForce;
@@ -78,6 +79,7 @@ impl StepJudge {
             let kick = step.kick(row.body, row.partner.body());
             touching.loads.push(ContactLoad { force: row.force * kick, moment: row.moment * kick });
         }
+        share_adhesion(&self.world, &mut touching.contacts);
         touching
     }
 

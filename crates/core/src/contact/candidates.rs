@@ -1,5 +1,6 @@
 //! Candidate contacts of a step, and the search for missing ones.
 
+use super::adhesion::share_adhesion;
 use super::collider::PieceExtent;
 use super::collision::Reached;
 use super::memory::Memory;
@@ -202,6 +203,7 @@ impl Candidates {
         }
         new.iter_mut().for_each(|contact| contact.set_friction(world, states));
         self.rebound.set(world, states, new);
+        share_adhesion(world, &mut self.contacts);
         if self.motions.are_known() {
             for contact in &mut self.contacts[first..] {
                 self.motions.set_offsets(world, states, contact);

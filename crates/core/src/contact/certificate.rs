@@ -26,7 +26,8 @@ pub struct Certificate {
     pub dynamics: f64,
     /// max(0, −φ⁺/h): speed of the deepest penetration (eq. 18b).
     pub penetration: f64,
-    /// Violation of complementarity: force without touch, or touch with a tensile force (eq. 18c).
+    /// Violation of complementarity: force without touch, or touch with a tensile force beyond the
+    /// [adhesion](super::adhesion) (eq. 18c).
     pub normal_law: f64,
     /// Violation of maximum dissipation: sliding friction that does not fully oppose the slip, or
     /// static friction with slip (eq. 18d); the same of moments, with their limits (eq. 45).

@@ -67,11 +67,11 @@ pub struct LawResidual {
 impl ContactLaw {
     /// Friction without restitution.
     pub const fn plastic(friction: f64) -> Self {
-        Self { friction, static_friction: None, restitution: 0.0 }
+        Self { friction, static_friction: None, restitution: 0.0, adhesion: 0.0 }
     }
 
     /// Residual of the impulse `p` divided by the mass of A (m/s) and the motion `u` (m/s), in the
-    /// same axes as the unit `normal`. NaN propagates.
+    /// same axes as the unit `normal`. [Adhesion](super::adhesion) adds to the normal impulse. NaN propagates.
     pub fn residual(
         &self,
         response: &Response,
@@ -79,10 +79,11 @@ impl ContactLaw {
         p: &Vector3<f64>,
         u: &Vector3<f64>,
     ) -> LawResidual {
-        let (p_n, u_n) = (normal.dot(p), normal.dot(u));
+        let (along, u_n) = (normal.dot(p), normal.dot(u));
+        let p_n = along + self.adhesion;
         // `f64::min` would drop a NaN.
         let complementarity = -largest(-response.normal * p_n, -u_n);
-        let projection = response.tangential * (p - normal * p_n);
+        let projection = response.tangential * (p - normal * along);
         let slip = u - normal * u_n;
         let radius = self.friction * response.tangential * largest(p_n, 0.0);
         let friction = (projection - project_on_disc(projection - slip, radius)).norm();

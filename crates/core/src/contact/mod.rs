@@ -33,6 +33,7 @@
 //! the ellipsoids and discs of smooth shapes, at the point that is nearest. Equation numbers
 //! refer to `docs/formulation.md`.
 
+pub mod adhesion;
 mod candidates;
 pub mod certificate;
 pub(crate) mod collider;
@@ -59,6 +60,7 @@ pub mod restitution;
 pub mod rounding;
 mod shared_edge;
 mod slip_offset;
+mod surface;
 mod terrain_seams;
 
 pub use crate::world::{ContactLaw, Partner, Plane, TurningFriction};
@@ -79,7 +81,6 @@ pub use slip_offset::InstantMotions;
 
 use crate::geometry::Ellipsoid;
 use crate::kinematics::StepMap;
-use crate::mechanics::quaternion::rotation;
 use crate::mechanics::state::Pose;
 use crate::mechanics::{RigidBody, State};
 use crate::world::World;
@@ -389,20 +390,6 @@ impl Contact {
                 placed(&pair.of_a.at(share)) - normal * *radius
             }
         }
-    }
-
-    /// Tangential velocity of A's [surface](World::with_surface) relative to B's, in a step from
-    /// `states` (m/s, world). It is added to the slip of the law, so that a body that moves with a
-    /// conveyor does not slip.
-    pub fn carried(&self, world: &World, states: &[State]) -> Vector3<f64> {
-        let surface = |of: Partner| {
-            let velocity = world.surface_of(of);
-            let state = of.body().and_then(|body| states.get(body));
-            state.map_or(velocity, |state| rotation(&state.attitude) * velocity)
-        };
-        let apart = surface(Partner::Body(self.key.body)) - surface(self.key.partner);
-        let normal = self.normal();
-        apart - normal * normal.dot(&apart)
     }
 
     /// Mean slip over the step `states` → `next` of `world` in the law, with the motion of surfaces and the

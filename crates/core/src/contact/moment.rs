@@ -115,7 +115,8 @@ impl Contact {
         let scale = self.moment_scale(world, rotation);
         let friction = self.turning_friction(world);
         let impulse = world.time_step() / own.mass();
-        let pressed = impulse * largest(normal.dot(&load.force), 0.0) / scale.length;
+        let pressing = self.pressing_force(world, &load.force);
+        let pressed = impulse * largest(normal.dot(&pressing), 0.0) / scale.length;
         let p = load.moment * (impulse / scale.length);
         let u = (turned + self.turning_offset) * scale.length;
         let p_n = normal.dot(&p);

@@ -170,11 +170,14 @@ impl Contact {
         force: &Vector3<f64>,
         slip: &Vector3<f64>,
     ) -> bool {
-        let pressing = self.normal().dot(force);
-        let friction = (force - self.normal() * pressing).norm();
+        let normal = self.normal();
+        let friction = (force - normal * normal.dot(force)).norm();
+        let pressing = normal.dot(&self.pressing_force(world, force));
         let is_at_limit = friction >= (1.0 - AT_LIMIT) * self.law.friction * pressing;
         self.law.static_friction == Some(self.law.friction)
-            && slip.norm() > if is_at_limit { ROUNDING } else { SLOWEST } * world.speed_scale()
+            && slip.norm()
+                > if is_at_limit { ROUNDING } else { SLOWEST } * world.speed_scale()
+                    + self.slip_on_turning_surfaces(world)
             && self.sticks_at(world, states)
     }
 
@@ -221,7 +224,8 @@ impl Contact {
             (inward - self.normal() * self.normal().dot(&inward)).norm()
         };
         let h = world.time_step();
-        h * self.key.bodies().map(arc).sum::<f64>()
+        let arcs = h * self.key.bodies().map(arc).sum::<f64>();
+        if world.has_surfaces() { arcs + self.arc_of_surfaces(world, states) } else { arcs }
     }
 
     /// Share of the static coefficient in the friction of the step in `world`.
@@ -257,7 +261,11 @@ impl Contact {
     ) -> Vector3<f64> {
         let at = |of: Option<BodyVelocity>| of.map_or(Vector3::zeros(), |of| of.at(point));
         let relative = at(own) - at(other);
-        if world.has_surfaces() { relative + self.carried(world, states) } else { relative }
+        if world.has_surfaces() {
+            relative + self.carried_after(world, states, 0.0)
+        } else {
+            relative
+        }
     }
 
     /// Offset of the slip in the law: the motion of surfaces, and the [offset](Self::slip_offset) of

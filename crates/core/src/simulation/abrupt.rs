@@ -42,7 +42,8 @@ pub(super) struct AbruptChanges {
     /// located impacts.
     pub lost: f64,
     /// Largest velocity that the static friction of an axis takes too much in the step in which it breaks away (m/s).
-    /// The law holds the axis in that step, however short it is (docs/formulation.md, section 17).
+    /// The law holds the axis in that step, however short it is (docs/formulation.md, section 17). The same of the
+    /// adhesion of points that open.
     pub late: f64,
     /// Shares of dry friction in its limit along the axes of each joint; empty unless impacts are located.
     pub axis_shares: Vec<[f64; 6]>,
@@ -140,6 +141,9 @@ impl AbruptChanges {
         }
         if let Some(accuracy) = world.impact_accuracy() {
             self.find_breaks(step, CAUGHT * accuracy);
+            let opening =
+                contacts.iter().zip(&solution.contacts).filter(|(_, of)| !of.carries_force());
+            self.late = opening.map(|(contact, _)| contact.law.adhesion).sum();
         }
         self.axis_shares.clear();
         for (index, joint) in world.joints().iter().enumerate() {

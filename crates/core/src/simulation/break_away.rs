@@ -71,10 +71,11 @@ pub(super) struct PairFriction {
 }
 
 impl PairFriction {
-    /// Adds the normal force at `contact`, which was `past` before.
+    /// Adds the pressing force at `contact`, which was `past` before.
     pub fn load(&mut self, contact: &Contact, now: &ContactForce, past: Option<&ContactForce>) {
-        self.normal += contact.normal().dot(&now.force);
-        self.past_normal += past.map_or(0.0, |past| contact.normal().dot(&past.force));
+        self.normal += contact.normal().dot(&now.force) + now.adhesion;
+        let past = past.map_or(0.0, |past| contact.normal().dot(&past.force) + past.adhesion);
+        self.past_normal += past;
     }
 
     /// True if the bodies press on each other in both steps.

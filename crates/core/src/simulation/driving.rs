@@ -5,7 +5,7 @@ use super::start::JOINT_AT_THE_START;
 use crate::error::Error;
 use crate::joint::{Axis, Course, Drive, Joint, JointAxis, JointLoad, Motor};
 use crate::mechanics::State;
-use crate::world::{Partner, World};
+use crate::world::{Partner, SurfaceMotion, World};
 use nalgebra::Vector3;
 
 /// Time-dependent inputs of joints, with the joint indices.
@@ -232,13 +232,14 @@ impl Simulation<'_> {
     }
 
     /// Sets a surface velocity for the next steps; see
-    /// [`World::with_surface`](crate::world::World::with_surface).
+    /// [`World::with_surface`](crate::world::World::with_surface). A spin of the surface stays.
     ///
     /// # Errors
     /// Same as there. The present velocity then stays.
     pub fn set_surface(&mut self, of: Partner, velocity: Vector3<f64>) -> Result<(), Error> {
         self.workspace.rest.end();
-        self.world.set_surface(of, velocity)
+        let motion = SurfaceMotion { velocity, ..self.world.surface_of(of) };
+        self.world.set_surface(of, motion)
     }
 
     /// Prescribes the motion of the world frame of joint `joint`, and of the body that it fixes in

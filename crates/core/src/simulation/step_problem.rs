@@ -20,6 +20,8 @@ impl ContactProblem {
     /// M = diag(m E, I),   H = (E; G) F,   f = M v⁺ − H p⁺,   w = u⁺ − Hᵀ v⁺               (C6)
     /// ```
     ///
+    /// Impulses are those of the pressing forces (48), and f has the adhesion.
+    ///
     /// M and H are those at the start of the step. The effect of the rotation during the step is
     /// included in f and w with its final value. The solution of the step therefore solves the
     /// problem, up to the residual of the step.
@@ -58,12 +60,13 @@ impl ContactProblem {
         let h = map.time_step;
         for (index, contact) in contacts.iter().enumerate() {
             let tensor = contact.friction_tensor(world, states);
+            let force = contact.pressing_force(world, &solution.contacts[index].force);
             let mut frame = normal_first(&contact.frame);
-            let mut impulse = frame.tr_mul(&solution.contacts[index].force) * h;
+            let mut impulse = frame.tr_mul(&force) * h;
             if let Some(tensor) = tensor {
                 // Rows of the scaled motion, with the round cone (eq. 46).
                 frame = normal_first(&tensor.frame(&contact.frame));
-                impulse = frame.tr_mul(&solution.contacts[index].force) * h;
+                impulse = frame.tr_mul(&force) * h;
                 impulse[1] /= tensor.stretch();
                 frame.column_mut(1).scale_mut(tensor.stretch());
             }

@@ -1,7 +1,7 @@
 //! Changes of a world during a simulation: added, removed and held bodies, and moving surfaces.
 
 use super::laws::PairLaws;
-use super::{GroupMasks, Partner, World};
+use super::{GroupMasks, Partner, SurfaceMotion, World};
 use crate::error::{Error, all_in_range};
 use crate::joint::{Gear, Joint, Knots};
 use crate::mechanics::RigidBody;
@@ -16,8 +16,8 @@ pub(crate) struct Changeable {
     /// Joints and gears with their current drives.
     pub(crate) joints: Vec<Joint>,
     gears: Vec<Gear>,
-    /// Surface velocities (m/s), each with its collider.
-    surfaces: Vec<(Partner, Vector3<f64>)>,
+    /// Motions of surfaces, each with its collider.
+    surfaces: Vec<(Partner, SurfaceMotion)>,
 }
 
 #[cfg(feature = "save")]
@@ -81,8 +81,8 @@ impl World {
         let Changeable { held, joints, gears, surfaces } = changes;
         let mut world = self.clone().holding(held)?;
         world.surfaces.clear();
-        for &(of, velocity) in surfaces {
-            world.set_surface(of, velocity)?;
+        for &(of, motion) in surfaces {
+            world.set_surface(of, motion)?;
         }
         for (known, joint) in world.joints.iter_mut().zip(joints) {
             *known = joint.clone().checked(world.parameters.bodies.len())?;
@@ -161,10 +161,7 @@ impl World {
         let groups = self.groups.as_ref().map(|groups| Box::new(groups.without(body)));
         let groups = groups.and_then(GroupMasks::if_any);
         let joints = self.joints.iter().map(|joint| joint.without(body)).collect();
-        let surface = |(of, velocity): &(Partner, Vector3<f64>)| match of {
-            Partner::Body(other) => Some((Partner::Body(number(*other)?), *velocity)),
-            fixed => Some((*fixed, *velocity)),
-        };
+        let surface = |(of, motion): &(Partner, SurfaceMotion)| Some((owner(*of)?, *motion));
         let world = Self {
             parameters,
             reach,
@@ -245,14 +242,31 @@ impl World {
     /// # Errors
     /// [`Error::Count`] if the body, the fixed piece or the ground does not exist;
     /// [`Error::OutOfRange`] if a component is beyond ±1e5 m/s.
-    pub fn with_surface(mut self, of: Partner, velocity: Vector3<f64>) -> Result<Self, Error> {
-        self.set_surface(of, velocity)?;
+    pub fn with_surface(self, of: Partner, velocity: Vector3<f64>) -> Result<Self, Error> {
+        self.with_surface_motion(of, SurfaceMotion { velocity, ..SurfaceMotion::default() })
+    }
+
+    /// Same as [`World::with_surface`] for a surface that may also turn, as that of a turntable or of a belt in a curve
+    /// (eq. 10d).
+    ///
+    /// # Errors
+    /// Those of [`World::with_surface`]; [`Error::OutOfRange`] if a component of the spin is beyond ±1e5 rad/s, or one of
+    /// the centre beyond ±1e6 m.
+    pub fn with_surface_motion(
+        mut self,
+        of: Partner,
+        motion: SurfaceMotion,
+    ) -> Result<Self, Error> {
+        self.set_surface(of, motion)?;
         Ok(self)
     }
 
-    /// Sets the surface velocity of `of` in place; see [`World::with_surface`].
-    pub(crate) fn set_surface(&mut self, of: Partner, velocity: Vector3<f64>) -> Result<(), Error> {
+    /// Sets the motion of the surface of `of` in place; see [`World::with_surface_motion`].
+    pub(crate) fn set_surface(&mut self, of: Partner, motion: SurfaceMotion) -> Result<(), Error> {
+        let SurfaceMotion { velocity, spin, centre } = motion;
         all_in_range("velocity of a surface (m/s)", &velocity, -1e5, 1e5, "-1e5 to 1e5")?;
+        all_in_range("spin of a surface (rad/s)", &spin, -1e5, 1e5, "-1e5 to 1e5")?;
+        all_in_range("centre of a surface (m)", &centre, -1e6, 1e6, "-1e6 to 1e6")?;
         let (known, count) = match of {
             Partner::Ground => (self.ground().is_some(), 0),
             Partner::Fixed(index) => (index < self.fixed_count(), index),
@@ -263,20 +277,19 @@ impl World {
             return Err(Error::Count { field: "owner of a surface", count, allowed });
         }
         match self.surfaces.iter_mut().find(|(owner, _)| *owner == of) {
-            Some((_, known)) => *known = velocity,
-            None => self.surfaces.push((of, velocity)),
+            Some((_, known)) => *known = motion,
+            None => self.surfaces.push((of, motion)),
         }
         Ok(())
     }
 
-    /// Surface velocity of a body (body frame), of a fixed piece or of the ground (world frame)
-    /// (m/s).
-    pub fn surface_of(&self, owner: Partner) -> Vector3<f64> {
+    /// Motion of the surface of a body (body frame), of a fixed piece or of the ground (world frame).
+    pub fn surface_of(&self, owner: Partner) -> SurfaceMotion {
         let known = self.surfaces.iter().find(|(of, _)| *of == owner);
-        known.map_or(Vector3::zeros(), |(_, velocity)| *velocity)
+        known.map_or(SurfaceMotion::default(), |(_, motion)| *motion)
     }
 
-    /// True if any surface has a velocity.
+    /// True if any surface moves.
     pub fn has_surfaces(&self) -> bool {
         !self.surfaces.is_empty()
     }

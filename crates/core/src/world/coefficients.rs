@@ -10,7 +10,7 @@ impl World {
     /// their own.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] if it is outside 0…10, or if a static one is below the world's coefficient of
+    /// [`Error::OutOfRange`] if it is outside 0…10 or, for an adhesion, 0…10⁹ N, or if a static one is below the world's coefficient of
     /// friction.
     pub fn with_coefficient(mut self, of: Coefficient, value: f64) -> Result<Self, Error> {
         let value = checked(of, value, self.friction())?;
@@ -21,7 +21,7 @@ impl World {
     /// Returns this world with the coefficient of a body or a fixed collider.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] if it is outside 0…10, or if a static one is below the owner's coefficient of
+    /// [`Error::OutOfRange`] if it is outside 0…10 or, for an adhesion, 0…10⁹ N, or if a static one is below the owner's coefficient of
     /// friction; [`Error::Count`] if the owner does not exist or is the ground.
     pub fn with_coefficient_of(
         mut self,
@@ -38,7 +38,7 @@ impl World {
     /// Returns this world with the coefficient of the pair of `body` and `partner`.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] if it is outside 0…10, or if a static one is below the pair's coefficient of
+    /// [`Error::OutOfRange`] if it is outside 0…10 or, for an adhesion, 0…10⁹ N, or if a static one is below the pair's coefficient of
     /// friction; those of [`World::with_friction_between`].
     pub fn with_coefficient_between(
         mut self,
@@ -107,7 +107,8 @@ fn checked(of: Coefficient, value: f64, kinetic: f64) -> Result<f64, Error> {
     if of == Coefficient::StaticFriction && kinetic > 0.0 {
         return in_range(of.quantity(), value, kinetic, 10.0, "the coefficient of friction to 10");
     }
-    in_range(of.quantity(), value, 0.0, 10.0, "0 to 10")
+    let allowed = if of == Coefficient::Adhesion { "0 to 1e9" } else { "0 to 10" };
+    in_range(of.quantity(), value, 0.0, of.largest(), allowed)
 }
 
 /// Coefficients of all laws, in the order of [`Coefficient::ALL`].

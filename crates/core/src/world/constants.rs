@@ -102,12 +102,13 @@ pub enum Constant {
 
 impl Constant {
     /// All constants.
-    pub const ALL: [Self; 32] = [
+    pub const ALL: [Self; 33] = [
         Self::Friction,
         Self::Restitution,
         Self::Coefficient(Coefficient::StaticFriction),
         Self::Coefficient(Coefficient::RollingFriction),
         Self::Coefficient(Coefficient::TorsionalFriction),
+        Self::Coefficient(Coefficient::Adhesion),
         Self::FrictionFactor,
         Self::BodyFriction,
         Self::BodyRestitution,

@@ -147,6 +147,7 @@ impl World {
             friction: self.friction_between(body, partner),
             static_friction: self.static_friction_between(body, partner),
             restitution: self.restitution_between(body, partner),
+            adhesion: 0.0,
         }
     }
 
@@ -205,7 +206,7 @@ pub(super) fn find_place(pairs: &PairLaws, body: usize, partner: Partner) -> Opt
 }
 
 /// Canonical order of a pair: the body with the smaller index comes first.
-pub(super) fn ordered(body: usize, partner: Partner) -> (usize, Partner) {
+pub(crate) fn ordered(body: usize, partner: Partner) -> (usize, Partner) {
     match partner {
         Partner::Body(other) if other < body => (other, Partner::Body(body)),
         _ => (body, partner),

@@ -19,7 +19,9 @@ mod terrain;
 mod turning_friction;
 
 use crate::kinematics::StepMap;
-pub use crate::partner::{Coefficient, ContactLaw, FrictionAxis, Partner, TurningFriction};
+pub use crate::partner::{
+    Coefficient, ContactLaw, FrictionAxis, Partner, SurfaceMotion, TurningFriction,
+};
 pub(crate) use apart::KnownSeparations;
 pub(crate) use changes::Changeable;
 pub(crate) use changes::without;
@@ -28,7 +30,8 @@ pub use constants::Constant;
 pub(crate) use groups::GroupMasks;
 pub use groups::{Groups, Touching};
 pub(crate) use law_constants::LawSlopes;
-use laws::{PairLaws, ordered};
+use laws::PairLaws;
+pub(crate) use laws::ordered;
 pub use plane::Plane;
 pub use static_friction::StickSpeed;
 pub use terrain::FixedTerrain;
@@ -179,8 +182,8 @@ pub struct World {
     groups: Option<Box<GroupMasks>>,
     /// Held flag of each body; empty if no body is held.
     held: Vec<bool>,
-    /// Surface velocities, each with its collider.
-    surfaces: Vec<(Partner, Vector3<f64>)>,
+    /// Motions of surfaces, each with its collider.
+    surfaces: Vec<(Partner, SurfaceMotion)>,
     pair_frictions: PairLaws,
     /// Coefficients of laws, if any is set.
     coefficients: Option<Box<LawCoefficients>>,

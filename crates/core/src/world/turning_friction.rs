@@ -10,6 +10,12 @@ impl World {
         self.has(Coefficient::RollingFriction) || self.has(Coefficient::TorsionalFriction)
     }
 
+    /// True if an adhesion is set.
+    #[inline]
+    pub fn has_adhesion(&self) -> bool {
+        self.has(Coefficient::Adhesion)
+    }
+
     /// Coefficients of turning friction between `body` and `partner`: the pair's own, or the larger one of
     /// both. The world's apply to the ground, and to bodies and colliders without their own.
     #[inline]

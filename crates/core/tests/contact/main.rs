@@ -2,6 +2,7 @@
 
 #![allow(clippy::disallowed_methods)]
 
+mod adhesion;
 mod apart;
 #[path = "../common/mod.rs"]
 mod common;
@@ -25,5 +26,6 @@ mod terrain;
 #[path = "../common/toss.rs"]
 mod toss;
 mod turning_friction;
+mod turning_surfaces;
 mod whose_plane;
 mod wild_steps;

@@ -44,13 +44,17 @@ pub struct DrivenEntry {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(
     deny_unknown_fields,
-    expecting = "{ of = \"…\", velocity = [x, y, z] } or { of = \"…\", axis = [x, y, z], factor = … }"
+    expecting = "{ of = \"…\", velocity = [x, y, z] }, { of = \"…\", spin = [x, y, z] } or { of = \"…\", axis = [x, y, z], factor = … }"
 )]
 pub struct SurfaceEntry {
     /// Name of a body or a fixed object, or `ground`.
     pub of: String,
     /// Velocity of the surface (m/s): body frame for a body, world frame for a fixed object.
     pub velocity: Option<Numbers<3>>,
+    /// Angular velocity of the surface about its centre (rad/s), in the same frame.
+    pub spin: Option<Numbers<3>>,
+    /// Centre of the spin (m), in the same frame.
+    pub centre: Option<Numbers<3>>,
     /// Axis of friction, in the same frame.
     pub axis: Option<Numbers<3>>,
     /// Friction along the axis, over that across it.

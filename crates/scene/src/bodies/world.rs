@@ -7,8 +7,9 @@ use crate::document::Document;
 use tumble_core::error::Error;
 use tumble_core::joint::{Gear, Joint};
 use tumble_core::mechanics::RigidBody;
-use tumble_core::world::{Coefficient, Fixed, FixedTerrain, Parameters, World};
+use tumble_core::world::{Coefficient, Fixed, FixedTerrain, Parameters, SurfaceMotion, World};
 use tumble_model::failure::Failure;
+use tumble_model::fields::Numbers;
 
 impl Document {
     /// World of a document in exact form.
@@ -32,9 +33,13 @@ impl Document {
         let world = self.with_coefficients(&names, world)?;
         let world = self.surfaces.iter().try_fold(world, |world, surface| {
             let owner = self.partner(names.owner(&surface.of).map_err(Failure::Input)?);
-            let world = match surface.velocity {
-                Some(velocity) => world.with_surface(owner, velocity.0.into())?,
-                None => world,
+            let vector = |of: Option<Numbers<3>>| of.unwrap_or_default().0.into();
+            let world = if surface.velocity.is_some() || surface.spin.is_some() {
+                let (velocity, spin) = (vector(surface.velocity), vector(surface.spin));
+                let centre = vector(surface.centre);
+                world.with_surface_motion(owner, SurfaceMotion { velocity, spin, centre })?
+            } else {
+                world
             };
             Ok::<_, Failure>(match (surface.axis, surface.factor) {
                 (Some(axis), Some(factor)) => {

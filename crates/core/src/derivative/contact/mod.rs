@@ -6,10 +6,12 @@
 
 mod curved;
 mod offset;
+mod surface;
 
 pub(crate) use offset::PredictedStep;
 
 use self::offset::OffsetTangent;
+use self::surface::TurningSurfaces;
 use super::placement::{FeatureChange, Placement, across};
 use super::side::{SideChangeInput, StepSide};
 use crate::contact::{Contact, Curved, Partner};
@@ -99,6 +101,8 @@ pub(crate) struct ContactTangent {
     /// Difference between the gap row and the rebound row (m/s), if the contact has both; the
     /// smaller row is active. A struck contact may have a rebound speed of zero.
     between: f64,
+    /// Surfaces, if one turns.
+    turning: Option<Box<TurningSurfaces>>,
     /// Offset of the slip (eq. 38), if the contact has one.
     offset: Option<Box<OffsetTangent>>,
 }
@@ -180,9 +184,7 @@ impl ContactTangent {
         };
         let mut a = side(Some(key.body), radius_a(world, contact));
         let mut b = side(other, radius_b);
-        let surface = |side: &StepSide, of: Partner| side.rotation * world.surface_of(of);
-        a.surface = surface(&a, Partner::Body(key.body));
-        b.surface = surface(&b, key.partner);
+        [a.surface, b.surface] = contact.surface_velocities(world, states, 0.5 * h);
         let ends = |body: usize| (states[body].pose(), next[body].pose());
         let (of_a, of_b) = (ends(key.body), other.map(ends));
         let gap = contact.motion([&of_a.0, &of_a.1], of_b.as_ref().map(|b| [&b.0, &b.1]), &map);
@@ -210,6 +212,7 @@ impl ContactTangent {
             motion,
             rebound,
             between,
+            turning: TurningSurfaces::new(world, contact, states),
             offset: OffsetTangent::new(world, contact, placed, states, predicted),
         }
     }
@@ -239,8 +242,11 @@ impl ContactTangent {
         self.rebound.is_some()
     }
 
-    /// True if the rows depend on the spins of A and B at k.
+    /// True if the rows depend on the velocities of A and B at k.
     pub(crate) fn follows_spin(&self) -> bool {
+        if self.turning.is_some() {
+            return true;
+        }
         match &self.contact.features.curved {
             Some(Curved::Ellipsoid(one)) => self.is_predicted(one),
             _ => false,
@@ -299,8 +305,9 @@ impl ContactTangent {
         let n = self.contact.normal();
         let turned = change.turn.cross(&n);
         let carried = self.a.surface - self.b.surface;
-        if carried != Vector3::zeros() {
-            let moved = of_a.turn.cross(&self.a.surface) - of_b.turn.cross(&self.b.surface);
+        if carried != Vector3::zeros() || self.turning.is_some() {
+            let [a, b] = self.surface_change([of_a, of_b], &change, true, time_step);
+            let moved = a - b;
             change.motion +=
                 across(&n, &moved) - turned * n.dot(&carried) - n * turned.dot(&carried);
         }
@@ -311,6 +318,20 @@ impl ContactTangent {
             self.exchange(rebound, &mut change, [of_a, of_b], time_step, restitution);
         }
         change
+    }
+
+    /// Differentials of the velocities of both surfaces at the start or in the `middle` of the step (m/s, world).
+    pub(crate) fn surface_change(
+        &self,
+        given: [&SideChangeInput; 2],
+        rows: &RowChange,
+        middle: bool,
+        time_step: f64,
+    ) -> [Vector3<f64>; 2] {
+        match &self.turning {
+            Some(turning) => [0, 1].map(|k| turning.change(k, given, rows, middle, time_step)),
+            None => [given[0].turn.cross(&self.a.surface), given[1].turn.cross(&self.b.surface)],
+        }
     }
 
     /// Derivatives of the rows with respect to the position of A, the rotation of A and the
@@ -326,7 +347,7 @@ impl ContactTangent {
     /// ```
     pub(crate) fn rigid_slopes(&self) -> Option<[RowSlopes; 3]> {
         let stays = matches!(self.placed.placement, Placement::Fixed | Placement::Unknown);
-        let carried = self.a.surface != self.b.surface;
+        let carried = self.a.surface != self.b.surface || self.turning.is_some();
         let is_plain = self.rebound.is_none() && !self.rolls();
         if !stays || carried || !is_plain || self.contact.features.curved.is_some() {
             return None;

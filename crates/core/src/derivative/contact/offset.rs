@@ -171,12 +171,12 @@ impl OffsetTangent {
         let mut faster = Vector3::zeros();
         let arms = predicted.arms();
         let signed = [(&predicted.a, 1.0), (&predicted.b, -1.0)];
+        let surfaces = predicted.surface_change(sides, &rows, false, 0.0);
         for (k, (side, sign)) in signed.into_iter().enumerate() {
             let given = sides[k];
             let spin = side.rotation * given.instant_spin + given.turn.cross(&spins[k]);
             let turning = spin.cross(&arms[k]) + spins[k].cross(&rows.arms[k]);
-            let carried = given.turn.cross(&side.surface);
-            faster += (given.instant_velocity + turning + carried) * sign;
+            faster += (given.instant_velocity + turning + surfaces[k]) * sign;
         }
         let slip_change = projected(velocity, &faster);
         let speed = slip.norm();

@@ -61,6 +61,7 @@ impl Coupling {
                 } else {
                     1.0
                 },
+                adhesion: contact.law.adhesion / share,
                 ..CouplingRows::from_contact(contact.frame, tangential, normal_response)
             },
             law: CouplingLaw::Cone(Cone { friction: contact.law.friction }),

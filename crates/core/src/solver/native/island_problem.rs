@@ -121,12 +121,15 @@ impl<E: Equations> StagedProblem<E> {
     ) {
         let to_force = mass / step.world.time_step();
         let solved = self.solver.impulses().iter().zip(self.solver.points());
-        for (&place, (impulse, u)) in island.contacts.iter().zip(solved) {
+        let couplings = self.equations.couplings();
+        for ((&place, coupling), (impulse, u)) in island.contacts.iter().zip(couplings).zip(solved)
+        {
             let normal = contacts[place].normal();
             let force = impulse * to_force;
             let found = &mut solution.contacts[place];
             found.force = force;
             found.normal_force = normal.dot(&force);
+            found.adhesion = coupling.rows.adhesion * to_force;
             found.slip = u - normal * normal.dot(u);
         }
     }

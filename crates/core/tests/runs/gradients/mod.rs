@@ -18,7 +18,8 @@ use crate::common::prelude::*;
 use compare::{
     Direction, Tally, apart, compare, difference, directions, on_a_slope, size, step, transposed,
 };
-use tumble_core::solver::native::Smoothing;
+use tumble_core::solver::native::{Smoothing, StepGradient};
+use tumble_core::world::Coefficient;
 
 /// Component of δv along the slope for changes of the constants of the world.
 fn along_the_slope(
@@ -51,6 +52,44 @@ fn a_slide_by_friction_gravity_mass_and_inertia() {
     close(by(&[(Constant::Mass, &[1.0])]), 0.0);
     close(by(&[(Constant::Inertia, &[1e-2, 0.0, 0.0, 0.0, 2e-2, 0.0, 0.0, 0.0, 3e-2])]), 0.0);
     close(by(&[(Constant::TimeStep, &[1.0])]), g * (angle.sin() - friction * angle.cos()));
+}
+
+/// Checks the derivatives by the adhesion F and the time step of a block that slides, h μ (g + F/m) slower, and of one
+/// that comes off with the speed h (P − F)/m. On the central path they are near.
+#[test]
+fn slides_and_breaks_by_the_adhesion() {
+    let (friction, h, pull, mass) = (0.3, 0.002, 5.0, 2.0);
+    let (world, states) = on_a_slope(0.0, friction, 1.0);
+    let world = world.with_coefficient(Coefficient::Adhesion, pull).unwrap();
+    let slides = -friction * (9.81 + pull / mass);
+    let parted = 0.5 * pull / mass;
+    let cases = [
+        (0.0, Vector3::x(), [-h * friction / mass, slides]),
+        (1.5 * pull + mass * 9.81, Vector3::z(), [-h / mass, parted]),
+    ];
+    for (load, along, expected) in cases {
+        let wrenches = [Wrench { force: Vector3::z() * load, torque: Vector3::zeros() }];
+        let (simulation, base) = step(&world, &states, &wrenches).unwrap();
+        let exact = StepDerivative::new();
+        let central = StepDerivative::smoothed(Smoothing::CentralPath(1e-5)).unwrap();
+        for (mut derivative, within) in [(exact, 1e-9), (central, 1e-3)] {
+            simulation.linearise(&base, &mut derivative).unwrap();
+            let asked = [Constant::Coefficient(Coefficient::Adhesion), Constant::TimeStep];
+            for (constant, expected) in asked.into_iter().zip(expected) {
+                let mut end = Vec::new();
+                let constants = [(constant, &[1.0][..])];
+                let change = StepChange { constants: &constants, ..StepChange::default() };
+                derivative.jvp(&change, &mut end).unwrap();
+                let mut gradient = StepGradient::default();
+                let by_end = StateChange { velocity: along, ..StateChange::zero() };
+                derivative.vjp(&[by_end], &[constant], &mut gradient).unwrap();
+                for found in [along.dot(&end[0].velocity), gradient.constants[0][0]] {
+                    let off = (found - expected).abs() / expected.abs();
+                    assert!(off < within, "{constant:?} {found} {expected}");
+                }
+            }
+        }
+    }
 }
 
 /// Checks that a sticking block has zero derivatives for any push: a plateau.

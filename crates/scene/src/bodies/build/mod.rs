@@ -99,7 +99,7 @@ pub fn build(mut file: Document, files: Files<'_>) -> Result<BuiltDocument, Stri
     builder.document.friction.extend(pairs);
     for of in Coefficient::ALL {
         let entries = file.coefficient_mut(of).take().unwrap_or_default();
-        let pairs = builder.pairs_of(of.name(), &entries, 10.0)?;
+        let pairs = builder.pairs_of(of.name(), &entries, of.largest())?;
         if !pairs.is_empty() {
             builder.document.coefficient_mut(of).get_or_insert_default().extend(pairs);
         }
@@ -490,8 +490,9 @@ impl<'a> Builder<'a> {
                 Coefficient::StaticFriction => (friction, format!("the friction, {friction:?},")),
                 _ => (0.0, "0".to_owned()),
             };
-            if !(least..=10.0).contains(own) {
-                return Err(format!("{} is {own:?}; allowed: {named} to 10", of.name()));
+            let most = of.largest();
+            if !(least..=most).contains(own) {
+                return Err(format!("{} is {own:?}; allowed: {named} to {most}", of.name()));
             }
         }
         Ok(())
@@ -616,12 +617,14 @@ impl<'a> Builder<'a> {
         Ok(())
     }
 
-    /// Sets the velocity and the axis of friction of all surfaces with a name.
+    /// Sets the motion and the axis of friction of all surfaces with a name.
     fn add_surface(&mut self, entry: &SurfaceEntry) -> Result<(), String> {
         match (entry.axis, entry.factor) {
             (Some(_), Some(_)) => {}
-            (None, None) if entry.velocity.is_some() => {}
-            (None, None) => return Err("velocity: one is needed, or axis and factor".to_owned()),
+            (None, None) if entry.velocity.is_some() || entry.spin.is_some() => {}
+            (None, None) => {
+                return Err("velocity: one is needed, or a spin, or axis and factor".to_owned());
+            }
             (Some(_), None) => return Err("factor: an axis needs one".to_owned()),
             (None, Some(_)) => return Err("axis: a factor needs one".to_owned()),
         }
@@ -635,11 +638,20 @@ impl<'a> Builder<'a> {
         if !entry.velocity.iter().flat_map(|velocity| velocity.0).all(|part| part.abs() <= 1e5) {
             return Err("velocity: components from -1e5 to 1e5 m/s are needed".to_owned());
         }
+        if !entry.spin.iter().flat_map(|spin| spin.0).all(|part| part.abs() <= 1e5) {
+            return Err("spin: components from -1e5 to 1e5 rad/s are needed".to_owned());
+        }
+        if !entry.centre.iter().flat_map(|centre| centre.0).all(|part| part.abs() <= 1e6) {
+            return Err("centre: coordinates from -1e6 to 1e6 m are needed".to_owned());
+        }
+        if entry.centre.is_some() && entry.spin.is_none() {
+            return Err("spin: a centre needs one".to_owned());
+        }
         for owner in self.find(&entry.of).map_err(|why| format!("of: {why}"))? {
             let of = self.document.name_of(owner);
             if self.document.surfaces.iter().any(|known| known.of == of) {
                 return Err(format!(
-                    "of: the surface of {:?} is given twice; put velocity, axis and factor into one table",
+                    "of: the surface of {:?} is given twice; put velocity, spin, axis and factor into one table",
                     entry.of
                 ));
             }

@@ -18,7 +18,7 @@ pub(crate) struct Cone {
 
 /// Projection arguments of one contact in the natural map (N4).
 ///
-/// With û = u + ε D p̂, both split along and across the normal, p̂ = γ n + β:
+/// With û = u + ε D p̂, both split along and across the normal, p̂ + â n = γ n + β with the adhesion â:
 ///
 /// ```text
 /// γ − ρ_n û_n   and   β − ρ_t û_t
@@ -56,8 +56,8 @@ impl ConeProjection {
     ) -> Self {
         let n = &rows.normal();
         let u = u + map.compliance * rows.compliant_motion(map.compliance, impulse);
-        let (u_n, gamma) = (n.dot(&u), n.dot(impulse));
-        let beta = impulse - n * gamma;
+        let (u_n, along) = (n.dot(&u), n.dot(impulse));
+        let (gamma, beta) = (along + rows.adhesion, impulse - n * along);
         let rho_n = rows.scale[2];
         let rho_t = rows.scale[0] * map.tangential_factor;
         let tangential = beta - rho_t * (u - n * u_n);
@@ -120,7 +120,7 @@ impl ConeProjection {
         compliance: f64,
     ) -> LocalSolution {
         match piece {
-            MapPiece::Open => LocalSolution::open(impulse),
+            MapPiece::Open => LocalSolution::open(impulse, rows),
             MapPiece::Stick => {
                 let stiffness = 1.0 / compliance;
                 if rows.is_isotropic() {

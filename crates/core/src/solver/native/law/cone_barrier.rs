@@ -3,6 +3,7 @@
 //! Equation numbers refer to `docs/native-solver.md`.
 
 use super::cone::Cone;
+use super::rows::CouplingRows;
 use crate::solver::native::settings::{COMPLIANCE, LEAST_SCALE, TO_BOUNDARY};
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
@@ -11,7 +12,9 @@ use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 pub(crate) struct ConeBarrier {
     /// Friction coefficient μ.
     friction: f64,
-    /// Normal impulse γ > 0 (m/s).
+    /// Adhesion â (m/s).
+    adhesion: f64,
+    /// Normal impulse γ > 0, with the adhesion (m/s).
     normal: f64,
     /// Tangential impulse β, |β| < μγ (m/s).
     tangential: Vector2<f64>,
@@ -48,6 +51,7 @@ struct Targets {
 impl ConeBarrier {
     pub(super) const ZERO: Self = Self {
         friction: 0.0,
+        adhesion: 0.0,
         normal: 0.0,
         tangential: Vector2::new(0.0, 0.0),
         gap: 0.0,
@@ -58,9 +62,10 @@ impl ConeBarrier {
     /// Number of products that converge to κ.
     pub(super) const PRODUCTS: usize = 2;
 
-    pub(super) fn centred(cone: &Cone, speed: f64, strength: f64) -> Self {
+    pub(super) fn centred(cone: &Cone, rows: &CouplingRows, speed: f64, strength: f64) -> Self {
         Self {
             friction: cone.friction,
+            adhesion: rows.adhesion,
             normal: strength,
             gap: speed,
             dual: speed / cone.friction.max(LEAST_SCALE),
@@ -70,12 +75,17 @@ impl ConeBarrier {
 
     /// p̂ (m/s).
     pub(super) fn impulse(&self) -> Vector3<f64> {
+        Vector3::new(self.tangential[0], self.tangential[1], self.normal - self.adhesion)
+    }
+
+    /// p̂ + â n, which has the compliance (m/s).
+    fn pressing(&self) -> Vector3<f64> {
         Vector3::new(self.tangential[0], self.tangential[1], self.normal)
     }
 
     /// |(η, s) − û| at the motion u of the rows (m/s).
     pub(super) fn error(&self, u: &Vector3<f64>) -> f64 {
-        (self.speeds() - (u + COMPLIANCE * self.impulse())).amax()
+        (self.speeds() - (u + COMPLIANCE * self.pressing())).amax()
     }
 
     /// (η, s) (m/s).
@@ -115,7 +125,7 @@ impl ConeBarrier {
         u: &Vector3<f64>,
     ) -> Option<(Vector3<f64>, Matrix3<f64>, Pending)> {
         let targets = self.targets(kappa, predictor);
-        let gap_error = self.speeds() - u - COMPLIANCE * self.impulse();
+        let gap_error = self.speeds() - u - COMPLIANCE * self.pressing();
         let (offset, gain) = self.solved(&targets, &gap_error)?;
         Some((offset, gain, Pending { gap_error, dual_target: targets.dual }))
     }
@@ -202,6 +212,7 @@ impl ConeBarrier {
         let speeds = moved + COMPLIANCE * impulse - gap_error;
         let mut step = Self {
             friction: 0.0,
+            adhesion: 0.0,
             normal: impulse[2],
             tangential: impulse.xy(),
             gap: speeds[2],
@@ -220,6 +231,7 @@ impl ConeBarrier {
     pub(super) fn moved(&self, step: &Self, length: f64) -> Self {
         Self {
             friction: self.friction,
+            adhesion: self.adhesion,
             normal: self.normal + length * step.normal,
             tangential: self.tangential + length * step.tangential,
             gap: self.gap + length * step.gap,

@@ -54,7 +54,7 @@ impl EllipseProjection {
         compliance: f64,
     ) -> LocalSolution {
         match piece {
-            MapPiece::Open => LocalSolution::open(impulse),
+            MapPiece::Open => LocalSolution::open(impulse, rows),
             MapPiece::Stick => {
                 // δp̂ = −D⁻¹ (û + δu)/ε, as without friction.
                 let scaled = Vector3::new(rows.stretch.recip(), 1.0, 1.0);
@@ -178,8 +178,8 @@ pub(crate) struct EllipseBarrier {
 }
 
 impl EllipseBarrier {
-    pub(super) fn centred(cone: &Cone, stretch: f64, speed: f64, strength: f64) -> Self {
-        Self { cone: ConeBarrier::centred(cone, speed, strength), stretch }
+    pub(super) fn centred(cone: &Cone, rows: &CouplingRows, speed: f64, strength: f64) -> Self {
+        Self { cone: ConeBarrier::centred(cone, rows, speed, strength), stretch: rows.stretch }
     }
 
     /// Zero change.

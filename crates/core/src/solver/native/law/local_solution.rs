@@ -1,5 +1,6 @@
 //! Local solution of a coupling: its law solved for the impulse.
 
+use super::rows::CouplingRows;
 use nalgebra::{Matrix3, Vector3};
 
 /// Local solution of one coupling for its impulse (N5): δp̂ = offset + gain · δu.
@@ -45,9 +46,14 @@ impl MomentGain {
 }
 
 impl LocalSolution {
-    /// Open coupling: p̂ = 0.
-    pub(crate) fn open(impulse: &Vector3<f64>) -> Self {
-        Self { offset: -impulse, gain: Gain::Zero }
+    /// Open coupling: p̂ = −â n.
+    pub(crate) fn open(impulse: &Vector3<f64>, rows: &CouplingRows) -> Self {
+        let offset = if rows.adhesion == 0.0 {
+            -impulse
+        } else {
+            -impulse - rows.normal() * rows.adhesion
+        };
+        Self { offset, gain: Gain::Zero }
     }
 
     /// Spring with the same `stiffness` in all directions.

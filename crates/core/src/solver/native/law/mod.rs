@@ -113,9 +113,9 @@ impl CouplingLaw {
     /// `strength` (m/s).
     pub(super) fn centred(&self, rows: &CouplingRows, speed: f64, strength: f64) -> Barrier {
         match self {
-            Self::Cone(cone) => Barrier::Cone(ConeBarrier::centred(cone, speed, strength)),
+            Self::Cone(cone) => Barrier::Cone(ConeBarrier::centred(cone, rows, speed, strength)),
             Self::Ellipse(cone) => {
-                Barrier::Ellipse(EllipseBarrier::centred(cone, rows.stretch, speed, strength))
+                Barrier::Ellipse(EllipseBarrier::centred(cone, rows, speed, strength))
             }
             Self::Axes(axes) => Barrier::Axes(AxesBarrier::new(axes, rows)),
             Self::Moment(_) => Barrier::Moment,
@@ -211,7 +211,7 @@ impl Projection {
             (Self::Moment(projection), piece) => {
                 projection.local_solution(piece, of.rows, impulse, compliance)
             }
-            (Self::Axes(_), _) => LocalSolution::open(impulse),
+            (Self::Axes(_), _) => LocalSolution::open(impulse, of.rows),
         }
     }
 

@@ -15,6 +15,8 @@ pub(crate) struct CouplingRows {
     pub(crate) compliance_ratio: f64,
     /// σ: friction along t₁ over that along t₂ (N18).
     pub(crate) stretch: f64,
+    /// â = h a/M of a contact (m/s): the cone has the impulse p̂ + â n (eq. 48).
+    pub(crate) adhesion: f64,
 }
 
 /// Rows of a coupling, and the graphs of the step for joint rows.
@@ -34,13 +36,16 @@ impl CouplingRows {
     /// `normal`.
     pub(crate) fn from_contact(frame: Matrix3<f64>, tangential: f64, normal: f64) -> Self {
         let across = 1.0 / tangential;
-        let scale = Vector3::new(across, across, 1.0 / normal);
-        Self { frame, scale, compliance_ratio: 1.0, stretch: 1.0 }
+        Self::from_scale(frame, Vector3::new(across, across, 1.0 / normal))
+    }
+
+    fn from_scale(frame: Matrix3<f64>, scale: Vector3<f64>) -> Self {
+        Self { frame, scale, compliance_ratio: 1.0, stretch: 1.0, adhesion: 0.0 }
     }
 
     /// Rows of a joint with isotropic compliance and the given `response` of each row.
     pub(crate) fn from_joint(frame: Matrix3<f64>, response: &Vector3<f64>) -> Self {
-        Self { frame, scale: response.map(f64::recip), compliance_ratio: 1.0, stretch: 1.0 }
+        Self::from_scale(frame, response.map(f64::recip))
     }
 
     /// Last axis: the normal n of a contact.

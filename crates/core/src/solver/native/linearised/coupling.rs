@@ -14,7 +14,7 @@ use crate::derivative::{
 use crate::mechanics::State;
 use crate::solver::native::law::MapPiece;
 use crate::step::Step;
-use crate::world::{Constant, LawSlopes, World};
+use crate::world::{Coefficient, Constant, LawSlopes, World};
 use nalgebra::{Matrix3, Matrix3x6, Vector3};
 
 /// Linearised contact.
@@ -29,8 +29,12 @@ pub(super) struct LinearCoupling {
     from: Matrix3<f64>,
     /// p̂ (m/s, world).
     pub(super) impulse: Vector3<f64>,
+    /// γ (m/s): normal impulse with the adhesion.
+    pub(super) pressed: f64,
     /// Derivative with respect to μ at fixed u.
     by_friction: RowsChange<1>,
+    /// Adhesion, if it has any.
+    pub(super) adhesion: Option<Box<LinearAdhesion>>,
     /// Tensor of a sliding contact whose friction depends on the direction.
     tensor: Option<Box<LinearTensor>>,
     /// Derivatives of μ, by kinetic and static coefficients, and of e with respect to world constants.
@@ -38,6 +42,17 @@ pub(super) struct LinearCoupling {
     /// Change of μ with the slip at the start of the step, if it has any.
     curve: Option<Box<FrictionSlope>>,
     is_ground: bool,
+}
+
+/// Adhesion of a contact (eq. 48).
+#[derive(Debug, Clone)]
+pub(super) struct LinearAdhesion {
+    /// Index of F in its constant, and ∂â/∂F and ∂â/∂h.
+    pub(super) place: usize,
+    pub(super) slope: f64,
+    pub(super) slope_by_time_step: f64,
+    /// Derivative with respect to â at fixed u.
+    by: RowsChange<1>,
 }
 
 /// Contact to linearise, coupling `index` of its island.
@@ -58,6 +73,8 @@ pub(super) struct ContactOnPiece<'a> {
     pub(super) from: &'a Matrix3<f64>,
     /// p̂ (m/s, world).
     pub(super) impulse: Vector3<f64>,
+    /// â (m/s).
+    pub(super) adhesion: f64,
 }
 
 impl LinearCoupling {
@@ -73,15 +90,16 @@ impl LinearCoupling {
         limit: f64,
     ) -> Self {
         let ContactPlace { contact, placed, index, predicted } = *place;
-        let ContactOnPiece { piece, by_friction, from, impulse } = on;
+        let ContactOnPiece { piece, by_friction, from, impulse, adhesion } = on;
         let (world, key) = (step.world, &contact.key);
         let bodies = [Some(key.body), key.partner.body()];
         let tangent = ContactTangent::new(world, contact, placed, step.states, next, predicted);
         let n = contact.normal();
-        let pressed = n.dot(&impulse);
+        let pressed = n.dot(&impulse) + adhesion;
+        let is_central = by_friction.is_some();
         let across = |v: &Vector3<f64>| v - n * n.dot(v);
         // On the central path every contact slides.
-        let slides = piece == MapPiece::Slip || by_friction.is_some();
+        let slides = piece == MapPiece::Slip || is_central;
         let tensor = slides
             .then(|| LinearTensor::new(step, contact, from, tangent.motion(), &impulse))
             .flatten();
@@ -102,6 +120,25 @@ impl LinearCoupling {
         let rotation = |body: Option<usize>| {
             body.map_or(Matrix3::identity(), |body| step.states[body].pose().rotation)
         };
+        let by_friction = RowsChange {
+            motion: from.tr_mul(&by_friction) * -limit,
+            impulse: by_friction,
+            ..RowsChange::zero()
+        };
+        // An open contact keeps its pull, and one that slips has friction by it.
+        let by = match piece {
+            _ if is_central => RowsChange { impulse: -n, ..RowsChange::zero() },
+            MapPiece::Open => RowsChange { impulse: -n, ..RowsChange::zero() },
+            MapPiece::Slip if pressed > 0.0 => {
+                RowsChange::zero().plus(friction / pressed, &by_friction)
+            }
+            _ => RowsChange::zero(),
+        };
+        let pull = world.larger_between(Coefficient::Adhesion, key.body, key.partner);
+        let adhesion = pull.filter(|_| adhesion > 0.0).map(|(place, pull)| {
+            let slope_by_time_step = adhesion / world.time_step();
+            Box::new(LinearAdhesion { place, slope: adhesion / pull, slope_by_time_step, by })
+        });
         let mut coupling = Self {
             index,
             slopes: LinearisedSlopes::new(bodies),
@@ -109,11 +146,9 @@ impl LinearCoupling {
             tangent,
             from: *from,
             impulse,
-            by_friction: RowsChange {
-                motion: from.tr_mul(&by_friction) * -limit,
-                impulse: by_friction,
-                ..RowsChange::zero()
-            },
+            pressed,
+            by_friction,
+            adhesion,
             tensor: tensor.map(Box::new),
             law: world.law_slopes(key.body, key.partner, contact.static_share(world)),
             curve: FrictionSlope::new(world, contact, step.states).map(Box::new),
@@ -267,6 +302,9 @@ impl LinearCoupling {
             let torque = self.rotations[side].tr_mul(&torque);
             change.torques.fixed_rows_mut::<3>(3 * side).copy_from(&torque);
         }
+        if let Some(adhesion) = &self.adhesion {
+            change = change.plus(adhesion.slope_by_time_step * time_step, &adhesion.by);
+        }
         if let Some(curve) = &self.curve {
             let friction = curve.change(self, sides, &rows);
             change = change.plus(friction, &self.by_friction);
@@ -289,7 +327,11 @@ impl LinearCoupling {
             slopes.iter().map(|(constant, place, slope)| of(*constant, *place) * slope).sum::<f64>()
         });
         let change = self.change([&a, &b], of(Constant::TimeStep, 0), restitution);
-        let change = change.plus(kinetic + of_static, &self.by_friction);
+        let mut change = change.plus(kinetic + of_static, &self.by_friction);
+        if let Some(LinearAdhesion { place, slope, by, .. }) = self.adhesion.as_deref() {
+            let pull = of(Constant::Coefficient(Coefficient::Adhesion), *place);
+            change = change.plus(slope * pull, by);
+        }
         match &self.tensor {
             Some(tensor) => {
                 change.plus(of(Constant::FrictionFactor, tensor.index), &tensor.by_factor())
@@ -354,6 +396,11 @@ impl LinearCoupling {
                 Constant::TimeStep => {
                     sums[0] += by.dot(&self.change([&nothing; 2], 1.0, 0.0));
                 }
+                Constant::Coefficient(Coefficient::Adhesion) => {
+                    if let Some(adhesion) = &self.adhesion {
+                        sums[adhesion.place] += by.dot(&adhesion.by) * adhesion.slope;
+                    }
+                }
                 Constant::FrictionFactor => {
                     if let Some(tensor) = &self.tensor {
                         sums[tensor.index] += by.dot(&tensor.by_factor());
@@ -384,9 +431,8 @@ struct FrictionSlope {
     slope: Vector3<f64>,
     /// Speed of A's surface away from B's at the touching point (m/s).
     parting: f64,
-    /// Angular velocities of A and B (rad/s) and velocities of their moving surfaces (m/s, world).
+    /// Angular velocities of A and B (rad/s, world).
     spins: [Vector3<f64>; 2],
-    surfaces: [Vector3<f64>; 2],
 }
 
 impl FrictionSlope {
@@ -406,12 +452,11 @@ impl FrictionSlope {
         };
         let spin = |owner: Partner| owner.body().map_or(Vector3::zeros(), |body| states[body].spin);
         let range = most - world.friction_between(contact.key.body, contact.key.partner);
-        let surfaces = owners.map(|owner| of(owner, world.surface_of(owner)));
+        let surfaces = contact.surface_velocities(world, states, 0.0);
         Some(Self {
             slope: slip.normalize() * (slope * range),
             parting: n.dot(&(velocity + surfaces[0] - surfaces[1])),
             spins: owners.map(|owner| of(owner, spin(owner))),
-            surfaces,
         })
     }
 
@@ -423,9 +468,10 @@ impl FrictionSlope {
     fn change(&self, of: &LinearCoupling, sides: [&SideChangeInput; 2], rows: &RowChange) -> f64 {
         let mut change = -rows.turn.cross(&of.tangent.normal()) * self.parting;
         let arms = of.tangent.arms();
+        let surfaces = of.tangent.surface_change(sides, rows, false, 0.0);
         for (side, (given, sign)) in sides.into_iter().zip([1.0, -1.0]).enumerate() {
             let spin = of.rotations[side] * given.spin + given.turn.cross(&self.spins[side]);
-            let moved = given.velocity + given.turn.cross(&self.surfaces[side]);
+            let moved = given.velocity + surfaces[side];
             let turning = spin.cross(&arms[side]) + self.spins[side].cross(&rows.arms[side]);
             change += (moved + turning) * sign;
         }

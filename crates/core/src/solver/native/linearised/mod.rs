@@ -102,7 +102,7 @@ pub struct StepDerivative {
     shapes: Vec<ConstantsBase>,
     slots: Slots,
     /// Number of values of each constant, in the order of [`Constant::ALL`].
-    widths: [usize; Constant::ALL.len()],
+    widths: Vec<usize>,
     /// Scratch of the island search.
     found: IslandPartition,
     alone: Vec<bool>,
@@ -242,10 +242,12 @@ impl StepDerivative {
         self.shapes.clear();
         self.shapes.extend(world.bodies().iter().map(ConstantsBase::from_body));
         self.slots.set(world);
-        self.widths = Constant::ALL.map(|constant| match constant {
+        let width = |constant: &Constant| match *constant {
             of if of.is_of_drives() || of.is_of_gears() => self.slots.width(of),
             of => of.width(world),
-        });
+        };
+        self.widths.clear();
+        self.widths.extend(Constant::ALL.iter().map(width));
         (self.count, self.unknown, self.kept) = (0, 0, false);
         (self.margin, self.room) = (f64::INFINITY, f64::INFINITY);
         // Iterations start at the solution.
@@ -285,6 +287,7 @@ impl StepDerivative {
         found?;
         for contact in contacts {
             self.margin = self.margin.min(contact.bounce_margin(world, step.states, step.free));
+            self.room = self.room.min(contact.adhesion_margin(world));
         }
         let h = world.time_step();
         let beyond = (self.margin * h).min(FARTHEST * world.reach());
@@ -354,7 +357,8 @@ impl StepDerivative {
     ///
     /// The boundary is the edge of a face or the end of an edge. It is a kink for changes that move
     /// or stretch the bodies at the start of the step. The margin is 0 for flush boxes of equal
-    /// width. It is also 0 for bodies that stick in a loop of contacts which cannot follow every
+    /// width. With [adhesion](crate::contact::adhesion) it is also the distance of a point from
+    /// touching at the start, or from not touching. It is also 0 for bodies that stick in a loop of contacts which cannot follow every
     /// such change, and for a joint that dry friction or a velocity motor holds exactly at its
     /// stop.
     pub fn feature_margin(&self) -> f64 {

@@ -18,7 +18,7 @@
 //! `docs/gradients.md`.
 
 use super::constants::{ConstantChanges, ConstantsBase, side_places, unit};
-use super::coupling::LinearCoupling;
+use super::coupling::{LinearAdhesion, LinearCoupling};
 use super::slopes::{LinearisedSlopes, RowsChange};
 use crate::contact::Contact;
 use crate::derivative::SideChangeInput;
@@ -37,8 +37,8 @@ pub(super) struct LinearMoment {
     pub(super) contact: usize,
     /// Rows that the gain acts on, p̂ (m/s, world) and u (m/s, world).
     axes: MomentAxes,
-    /// Coefficient of each part of the turning: its constant, its index, and the derivative by it.
-    by_friction: [Option<(Constant, usize, RowsChange<1>)>; 2],
+    /// Constants of its limits, with their indices and the derivatives by them.
+    by_constants: Vec<(Constant, usize, RowsChange<1>)>,
 }
 
 /// Rows, impulse and motion of a moment.
@@ -186,11 +186,11 @@ impl LinearMoment {
             (slopes.by_velocity, slopes.by_instant) = (by_velocity, by_instant);
         }
         let normal = contact.normal();
-        let pressed = normal.dot(&coupling.impulse) / length;
+        let pressed = coupling.pressed / length;
         let along = |v: Vector3<f64>| v.try_normalize(0.0).unwrap_or_default();
         let across = |v: &Vector3<f64>| v - normal * normal.dot(v);
         use Coefficient::{RollingFriction, TorsionalFriction};
-        let by_friction = [RollingFriction, TorsionalFriction].map(|of| {
+        let by_friction = [RollingFriction, TorsionalFriction].into_iter().filter_map(|of| {
             let (place, friction) =
                 world.larger_between(of, contact.key.body, contact.key.partner)?;
             let direction = match (of, piece) {
@@ -203,13 +203,25 @@ impl LinearMoment {
             };
             let impulse = direction * pressed;
             let motion = from.tr_mul(&impulse) * -*limit;
-            Some((
-                Constant::Coefficient(of),
-                place,
-                RowsChange { motion, impulse, ..RowsChange::zero() },
-            ))
+            Some((of, place, friction, RowsChange { motion, impulse, ..RowsChange::zero() }))
         });
-        Self { index: *index, contact: *place, slopes, axes, by_friction }
+        let mut by_pressing = RowsChange::zero();
+        let mut by_constants = Vec::new();
+        for (of, place, friction, by) in by_friction {
+            if coupling.pressed > 0.0 {
+                by_pressing = by_pressing.plus(friction / coupling.pressed, &by);
+            }
+            by_constants.push((Constant::Coefficient(of), place, by));
+        }
+        if let Some(LinearAdhesion { place, slope, slope_by_time_step, .. }) =
+            coupling.adhesion.as_deref()
+        {
+            let adhesion = Constant::Coefficient(Coefficient::Adhesion);
+            let scaled = |slope: f64| RowsChange::zero().plus(slope, &by_pressing);
+            by_constants.push((adhesion, *place, scaled(*slope)));
+            by_constants.push((Constant::TimeStep, 0, scaled(*slope_by_time_step)));
+        }
+        Self { index: *index, contact: *place, slopes, axes, by_constants }
     }
 
     /// Change of the rows for changes of constants. `contact` is the linearised contact.
@@ -220,7 +232,7 @@ impl LinearMoment {
     ) -> RowsChange<1> {
         let turn = contact.turn_wrt_constants(constants);
         let turned = self.axes.turned(&turn, &[Vector3::zeros(); 2]);
-        self.by_friction.iter().flatten().fold(turned, |change, (constant, place, by)| {
+        self.by_constants.iter().fold(turned, |change, (constant, place, by)| {
             change.plus((constants.numbers)(*constant, *place), by)
         })
     }
@@ -235,7 +247,7 @@ impl LinearMoment {
         sums: &mut [Vec<f64>],
     ) {
         for (&constant, sums) in constants.iter().zip(sums) {
-            for (of, place, slope) in self.by_friction.iter().flatten() {
+            for (of, place, slope) in &self.by_constants {
                 if *of == constant {
                     sums[*place] += by.dot(slope);
                 }

@@ -208,9 +208,12 @@ impl LinearPoint {
         gains.clear();
         for (index, piece) in pieces.iter().enumerate() {
             let gain = iterate.factored(island, index, *piece, compliance);
-            // Open contacts have no effect.
-            if gain.gains != Vector3::zeros() {
+            // Open contacts have no effect, without adhesion.
+            let acts = gain.gains != Vector3::zeros();
+            if acts {
                 held.add(island, index, eliminations, &gain, on);
+            }
+            if acts || island.couplings()[index].rows.adhesion > 0.0 {
                 gains.push((index, gain));
             }
         }
@@ -334,6 +337,7 @@ impl LinearPoint {
                 by_friction: by_friction.get(*index).copied(),
                 from: &gain.from,
                 impulse: iterate.impulses[*index],
+                adhesion: island.couplings()[*index].rows.adhesion,
             };
             let place = ContactPlace { contact, placed, index: *index, predicted };
             couplings.push(LinearCoupling::new(step, &place, next, on, limit));
