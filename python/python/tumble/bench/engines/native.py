@@ -39,7 +39,7 @@ class Tumble(Engine):
     def run(self, scene: Scene) -> Motion:
         simulation = self._scene(scene).simulate()
         states = np.empty((scene.steps + 1, len(scene.free), 13))
-        states[0] = simulation.states
+        states[0] = scene.states
         stopwatch, unsolved, iterations, residual = Stopwatch(), 0, 0, 0.0
         for step in range(scene.steps):
             wrenches = _own_wrenches(scene, step, states[step])
