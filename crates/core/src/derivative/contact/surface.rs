@@ -101,7 +101,8 @@ impl TurningSurfaces {
     ) -> Vector3<f64> {
         let spin_change =
             |k: usize| self.rotations[k] * given[k].spin + given[k].turn.cross(&self.spins[k]);
-        let (n, turned) = (self.normal, rows.turn.cross(&self.normal));
+        let n = self.normal;
+        let turned = rows.turn.cross(&n);
         let along = n.dot(&self.spins[0]);
         let along_change = turned.dot(&self.spins[0]) + n.dot(&spin_change(0));
         let about = (turned * along + n * along_change).cross(&self.arms[0]);
