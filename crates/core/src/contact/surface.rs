@@ -68,7 +68,8 @@ impl Contact {
     /// Tangential velocity of A's surface relative to B's, `time` (s) after `states` (m/s, world).
     pub(crate) fn carried_after(&self, world: &World, states: &[State], time: f64) -> Vector3<f64> {
         let [a, b] = self.surface_velocities(world, states, time);
-        let (apart, normal) = (a - b, self.normal());
+        let apart = a - b;
+        let normal = self.normal();
         apart - normal * normal.dot(&apart)
     }
 

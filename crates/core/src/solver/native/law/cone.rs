@@ -56,8 +56,10 @@ impl ConeProjection {
     ) -> Self {
         let n = &rows.normal();
         let u = u + map.compliance * rows.compliant_motion(map.compliance, impulse);
-        let (u_n, along) = (n.dot(&u), n.dot(impulse));
-        let (gamma, beta) = (along + rows.adhesion, impulse - n * along);
+        let u_n = n.dot(&u);
+        let along = n.dot(impulse);
+        let gamma = along + rows.adhesion;
+        let beta = impulse - n * along;
         let rho_n = rows.scale[2];
         let rho_t = rows.scale[0] * map.tangential_factor;
         let tangential = beta - rho_t * (u - n * u_n);
