@@ -48,11 +48,8 @@ impl MomentGain {
 impl LocalSolution {
     /// Open coupling: p̂ = −â n.
     pub(crate) fn open(impulse: &Vector3<f64>, rows: &CouplingRows) -> Self {
-        let offset = if rows.adhesion == 0.0 {
-            -impulse
-        } else {
-            -impulse - rows.normal() * rows.adhesion
-        };
+        let offset =
+            if rows.adhesion == 0.0 { -impulse } else { -impulse - rows.normal() * rows.adhesion };
         Self { offset, gain: Gain::Zero }
     }
 

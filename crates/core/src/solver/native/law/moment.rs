@@ -129,7 +129,9 @@ impl MomentProjection {
         impulse: &Vector3<f64>,
         compliance: f64,
     ) -> LocalSolution {
-        let MapPiece::Moment { spins, .. } = piece else { return LocalSolution::open(impulse, rows) };
+        let MapPiece::Moment { spins, .. } = piece else {
+            return LocalSolution::open(impulse, rows);
+        };
         let (axes, gains) = self.along_axes(piece, compliance);
         let [rolling, torsional] = self.limits;
         let mut offset = Vector3::zeros();
