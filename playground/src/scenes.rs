@@ -69,9 +69,7 @@ pub fn text(scene: &Scene) -> Result<String, Failure> {
 fn file(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let path = plain(path);
     let found = FILES.iter().find(|(name, _)| Path::new(name) == path);
-    let (_, bytes) = found.ok_or_else(|| {
-        io::Error::other("no files can be read here; write the shape into the scene")
-    })?;
+    let (_, bytes) = found.ok_or_else(|| io::Error::other(tumble_model::NO_FILES))?;
     if bytes.len() as u64 > most {
         return Err(io::Error::other("the file is too large"));
     }

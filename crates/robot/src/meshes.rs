@@ -12,7 +12,7 @@ use tumble_core::error::Error;
 use tumble_core::geometry::Piece;
 use tumble_core::geometry::mesh::{Mesh, facets_of_obj, facets_of_stl};
 use tumble_decompose::{DecompositionSettings, decompose, grown, reduced};
-use tumble_model::shown;
+use tumble_model::{NO_FILES, READS_FILES, shown};
 
 /// Maximum size of a mesh file (bytes).
 const LARGEST_MESH: u64 = 32 << 20;
@@ -111,6 +111,9 @@ fn bad_mesh(name: &str, why: &dyn std::fmt::Display) -> String {
 
 /// Reads a mesh file and computes its hull.
 pub fn read(reading: &Reading<'_>, name: &str, scale: [f64; 3]) -> Parsed<Hulled> {
+    if !READS_FILES {
+        return Err(bad_mesh(name, &NO_FILES));
+    }
     if extension(name) == "dae" {
         let points = collada::points(&reading.text(name, LARGEST_MESH)?);
         let points = points.map_err(|why| bad_mesh(name, &why))?.into_iter();
@@ -132,6 +135,9 @@ pub fn decomposed(
     scale: [f64; 3],
     settings: &DecompositionSettings,
 ) -> Parsed<Vec<Vec<[f64; 3]>>> {
+    if !READS_FILES {
+        return Err(bad_mesh(name, &NO_FILES));
+    }
     let groups = painted(reading, name, scale)?;
     let facets: Vec<_> = groups.into_iter().flat_map(|group| group.facets).collect();
     let pieces = Mesh::from_facets(&facets).and_then(|mesh| decompose(&mesh, settings));
@@ -163,6 +169,9 @@ pub struct PaintedSurface {
 
 /// Triangles of a mesh file, simplified to the limit of a robot, by colour.
 pub fn surfaces(reading: &Reading<'_>, name: &str, scale: [f64; 3]) -> Parsed<Vec<PaintedSurface>> {
+    if !READS_FILES {
+        return Err(bad_mesh(name, &NO_FILES));
+    }
     let mut groups: Vec<Painted> = Vec::new();
     for group in painted(reading, name, scale)? {
         match groups.iter_mut().find(|known| known.colour == group.colour) {

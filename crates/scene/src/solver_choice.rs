@@ -8,7 +8,6 @@ use tumble::ipopt::Options;
 #[cfg(feature = "ipopt")]
 use tumble::solver::ipopt::IpoptSolver;
 use tumble_core::contact::Detection;
-use tumble_core::error::Error;
 use tumble_core::simulation::Motion;
 use tumble_core::solver::native::{ACCEPTED_RESIDUAL, LARGEST_RESIDUAL, NativeSolver};
 use tumble_core::step::StepSolver;
@@ -135,8 +134,9 @@ impl SolverChoice {
         if let Some(residual) = self.residual {
             solver = solver.with_residual(residual)?;
         }
+        #[cfg(not(target_arch = "wasm32"))]
         let solver = solver.with_threads(self.threads).map_err(|error| match error {
-            Error::Solver { .. } => Failure::Other(error.to_string()),
+            tumble_core::error::Error::Solver { .. } => Failure::Other(error.to_string()),
             _ => error.into(),
         })?;
         Ok(Box::new(solver))
@@ -201,6 +201,7 @@ mod ipopt {
     use tumble::ipopt::IpoptError;
     use tumble::solver::ipopt::{MOST_ITERATIONS, TOLERANCE, ladder_for};
     use tumble::step_nlp::StepNlp;
+    use tumble_core::error::Error;
 
     /// Minimum tolerance. Smaller values cost many more iterations and do not improve the solution.
     const LEAST_TOLERANCE: f64 = 1e-12;

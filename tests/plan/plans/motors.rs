@@ -1,6 +1,7 @@
 //! Motors as controls: a weight in closed form, and the library's own joint forces.
 
 use super::{assert_replays, plan, planned, shipped, told};
+use crate::campaign::size;
 use tumble_core::joint::JointLoad;
 use tumble_core::mechanics::Polyline;
 use tumble_core::simulation::{Simulation, StepRecord};
@@ -188,9 +189,15 @@ fn a_double_pendulum_is_swung_up_against_its_stops() {
     is_found(&file);
 }
 
-/// Checks a planar quadruped that hops over a bar to a place and stands there.
+/// Checks robots with legs that jump, hop and leap.
 #[test]
 #[ignore = "minutes"]
+fn legs_jump_hop_and_leap() {
+    let plans = [a_hopper_jumps_and_lands, a_leg_hops_to_a_place, a_quadruped_hops_to_a_place];
+    plans.into_iter().take(size(1, 3)).for_each(|plan| plan());
+}
+
+/// Checks a planar quadruped that hops over a bar to a place and stands there.
 fn a_quadruped_hops_to_a_place() {
     let file = shipped("leap.toml");
     let found = is_found(&file);
@@ -201,8 +208,6 @@ fn a_quadruped_hops_to_a_place() {
 
 /// Checks a hopper on a springy leg that lands from a fall and hops to a place. It stands there for
 /// its last step.
-#[test]
-#[ignore = "minutes"]
 fn a_leg_hops_to_a_place() {
     let file = shipped("hopper.toml");
     let found = is_found(&file);
@@ -215,8 +220,6 @@ fn a_leg_hops_to_a_place() {
 
 /// Checks a planar hopper that lifts its foot by 0.15 m, flies, and stands again. While nothing touches,
 /// its centre of mass falls freely.
-#[test]
-#[ignore = "minutes"]
 fn a_hopper_jumps_and_lands() {
     let file = shipped("jump.toml");
     let found = is_found(&file);

@@ -4,6 +4,7 @@ use super::entries::{Files, MeshValue, PieceEntry, in_mesh, read_mesh, surface};
 use crate::bodies::shape::SpecificSolid;
 use tumble_core::geometry::MassProperties;
 use tumble_decompose::{DecompositionSettings, Fit, decompose};
+use tumble_model::{NO_FILES, READS_FILES};
 
 /// Pieces of a mesh, and what is taken from the mesh itself.
 pub struct DecomposedMesh {
@@ -41,6 +42,9 @@ impl DecomposedMesh {
             return Err(format!(
                 "mesh: only one shape can be given, and there is already `{other}`"
             ));
+        }
+        if !READS_FILES {
+            return Err(in_mesh(files, name, &NO_FILES));
         }
         let mesh = read_mesh(files, name, scale)?;
         let pieces = decompose(&mesh, settings).map_err(|error| in_mesh(files, name, &error))?;

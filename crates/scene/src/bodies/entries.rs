@@ -16,7 +16,7 @@ use tumble_decompose::DecompositionSettings;
 use tumble_model::colour::{BodyLabel, Colour};
 use tumble_model::failure::field_of;
 use tumble_model::fields::{Exactly, Numbers, numbers, table_if_any};
-use tumble_model::shown;
+use tumble_model::{NO_FILES, READS_FILES, shown};
 
 /// Defines a table that has the fields of a convex form and others.
 macro_rules! with_form {
@@ -537,6 +537,9 @@ pub fn read_triangles<T>(
 ) -> Result<T, String> {
     let path = &files.folder.join(name);
     let invalid = |why: &dyn std::fmt::Display| in_mesh(files, name, why);
+    if !READS_FILES {
+        return Err(invalid(&NO_FILES));
+    }
     let bytes = (files.read)(path, most).map_err(|error| invalid(&error))?;
     let parsed = match &*crate::ending(path) {
         "obj" => {

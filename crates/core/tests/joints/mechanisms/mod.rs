@@ -5,7 +5,7 @@ mod campaign;
 mod random;
 
 use crate::common::prelude::*;
-use tumble_core::simulation::energy;
+use tumble_core::simulation::{Interval, energy};
 
 const G: f64 = 9.81;
 
@@ -44,17 +44,21 @@ fn error(world: &World, states: &[State]) -> f64 {
     errors.map(|(place, turn)| place.max(turn)).fold(0.0, f64::max)
 }
 
-/// Energy gained in a step beyond the work of the drives, and the kinetic energy [J].
+/// Energy gained in a step beyond the work of the drives, and the kinetic energy [J]. Each interval counts with the
+/// energy of its own length, to which its velocities belong.
 fn made(world: &World, record: &StepRecord) -> (f64, f64) {
     let (states, next) = (record.states(), record.next_states());
-    let drives = world.joints().iter().zip(&record.first().solution.joints);
-    let work: f64 = drives
-        .map(|(joint, force)| joint.work(states, next, force, &world.step_map()).unwrap())
-        .sum();
+    let gained_in = |taken: &Interval| {
+        let (world, from, to) = (taken.world(world), &taken.states, &taken.solution.states);
+        let map = world.step_map();
+        let drives = world.joints().iter().zip(&taken.solution.joints);
+        let works = drives.map(|(joint, force)| joint.work(from, to, force, &map).unwrap());
+        energy::total(&world, to) - energy::total(&world, from) - works.sum::<f64>()
+    };
+    let gained = record.intervals().iter().map(gained_in).sum();
     let kinetic = |states: &[State]| -> f64 {
         world.bodies().iter().zip(states).map(|(body, x)| energy::kinetic(world, body, x)).sum()
     };
-    let gained = energy::total(world, next) - energy::total(world, states) - work;
     (gained, kinetic(states).max(kinetic(next)))
 }
 
