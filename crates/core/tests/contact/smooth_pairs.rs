@@ -40,7 +40,8 @@ fn is_good(record: &StepRecord) -> bool {
 }
 
 fn touches(record: &StepRecord) -> bool {
-    record.first().solution.contacts.iter().any(ContactForce::carries_force)
+    let mut forces = record.intervals().iter().flat_map(|taken| &taken.solution.contacts);
+    forces.any(ContactForce::carries_force)
 }
 
 /// Records of `steps` steps, all of which must be solved.
