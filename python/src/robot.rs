@@ -6,7 +6,6 @@ use crate::scene::PyScene;
 use nalgebra::{DMatrix, Vector3, Vector4};
 use pyo3::prelude::*;
 use std::sync::Arc;
-use tumble_core::joint::{Axis, Drive, Motor};
 use tumble_robot::LinkFrame;
 use tumble_robot::model::{Actuator, Moves};
 use tumble_robot::motion::{LinkMotion, RobotMotion};
@@ -158,20 +157,6 @@ impl PyRobot {
     /// Scene joint and axis of a slide or a hinge.
     fn axis(&self, joint: usize) -> Option<(usize, usize)> {
         self.own().axis(joint)
-    }
-
-    /// Target, stiffness, damping and force limit of the position motor of a slide or a hinge at the start
-    /// of its scene.
-    fn first_motor(&self, joint: usize) -> Option<[f64; 4]> {
-        let (number, axis) = self.own().axis(joint)?;
-        let of = &self.content.world.joints()[number];
-        match of.linear().iter().chain(of.angular()).nth(axis)? {
-            Axis::Free(Drive {
-                motor: Some(Motor::Position { target, stiffness, damping, max_force }),
-                ..
-            }) => Some([*target, *stiffness, *damping, *max_force]),
-            _ => None,
-        }
     }
 
     /// Names of its actuators.

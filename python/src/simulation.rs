@@ -20,8 +20,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use std::time::{Duration, Instant};
 use tumble_core::joint::{Axis, Drive, Gear, JointAxis, Motor};
-use tumble_core::simulation::StepRecord;
 use tumble_core::simulation::save::Saved;
+use tumble_core::simulation::{Simulation, StepRecord};
 use tumble_core::world::Partner;
 use tumble_scene::output::tables::{IntervalRows, JointRow, whole_steps};
 
@@ -290,6 +290,16 @@ impl PySimulation {
         simulation.set_motor(joint, joint_axis(axis), motor(given)).map_err(refused)
     }
 
+    /// Target, stiffness, damping and force limit of the position motor of a joint axis; None without one.
+    fn position_motor(&self, joint: usize, axis: usize) -> PyResult<Option<[f64; 4]>> {
+        Ok(match drive_of(&self.owned()?.running.simulation, joint, axis).motor {
+            Some(Motor::Position { target, stiffness, damping, max_force }) => {
+                Some([target, stiffness, damping, max_force])
+            }
+            _ => None,
+        })
+    }
+
     /// Sets the motor of the sum of a gear with a drive.
     fn put_gear_motor(&self, gear: usize, given: MotorNumbers) -> PyResult<()> {
         let mut own = self.owned()?;
@@ -320,12 +330,7 @@ impl PySimulation {
     fn put_force(&self, joint: usize, axis: usize, force: f64) -> PyResult<()> {
         let mut own = self.owned()?;
         let simulation = &mut own.moved().simulation;
-        let of = simulation.world().joints().get(joint);
-        let axes = of.map(|of| of.linear().iter().chain(of.angular()).copied());
-        let drive = match axes.and_then(|mut axes| axes.nth(axis)) {
-            Some(Axis::Free(drive)) => Drive { force, ..drive },
-            _ => Drive { force, ..Drive::NONE },
-        };
+        let drive = Drive { force, ..drive_of(simulation, joint, axis) };
         simulation.set_drive(joint, joint_axis(axis), drive).map_err(refused)
     }
 
@@ -517,6 +522,15 @@ impl PySimulation {
             Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
             Err(TryLockError::WouldBlock) => Err(refused(BUSY)),
         }
+    }
+}
+
+/// Drive of a joint axis, 0, 1, 2 along x, y, z and 3, 4, 5 about them; none for an axis that is not free.
+fn drive_of(simulation: &Simulation<'_>, joint: usize, axis: usize) -> Drive {
+    let of = simulation.world().joints().get(joint);
+    match of.and_then(|of| of.linear().iter().chain(of.angular()).nth(axis)) {
+        Some(Axis::Free(drive)) => *drive,
+        _ => Drive::NONE,
     }
 }
 

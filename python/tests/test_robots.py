@@ -86,6 +86,15 @@ def test_a_target_uses_the_gains_of_the_scene():
     knee = scene.simulate().robot["fl_knee"]
     assert (knee.stiffness, knee.damping, knee.max_force, knee.target) == (40.0, 1.5, 35.0, -1.6)
     assert scene.simulate().robot["fr_knee"].target is None
+    # A motor that is set by other means is the joint's too, also after a copy and a reset.
+    simulation = scene.simulate()
+    knee = simulation.robot["fl_knee"]
+    simulation.set_motor("fl_knee", position=-1.2, stiffness=9.0, max_force=1.0)
+    assert knee.target == copy.copy(simulation).robot["fl_knee"].target == -1.2
+    knee.hold_speed(0.1)
+    assert knee.target is None
+    simulation.reset()
+    assert (knee.target, knee.stiffness) == (-1.6, 40.0)
     rod = {"name": "rod", "box": 0.1, "mass": 1.0, "position": [0, 0, 1]}
     hinge = {"name": "pin", "type": "revolute", "bodies": ["rod"], "anchor": [0, 0, 1], "axis": [0, 1, 0]}
     with pytest.raises(tumble.TumbleError, match="max_force: required; the joint has no limit in a file"):

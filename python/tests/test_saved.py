@@ -63,8 +63,11 @@ def test_a_robot_keeps_its_turns_gains_and_targets(tmp_path):
         simulation.step()
         robot.q
     robot.set_gains(stiffness=80.0, damping=3.0, max_force=60.0)
-    robot["hub"].target = 11.0
+    robot["hub"].target = 12.0
+    # The actuator of the file replaces the motor.
     robot.controls = [0.5]
+    assert robot["hub"].target is None
+    robot["hub"].target = 11.0
     assert robot.q[0] > 2 * np.pi
     simulation.save(tmp_path / "state.bin")
     others = [copy.copy(simulation), pickle.loads(pickle.dumps(simulation))]

@@ -1,8 +1,8 @@
 //! Convex decomposition of closed meshes.
 //!
-//! A prism is cut along its axis, and a mesh with few planar faces along them, exactly. For others, V-HACD (Mamou) cuts the voxels
-//! of a mesh by planes until every part is nearly convex. Each part lies in a box. A piece is the convex
-//! hull of the mesh's solid within such a box, so that its vertices lie on the surface or inside. Pieces
+//! A prism is cut along its axis, and a mesh with few planar faces along them, exactly. For others,
+//! V-HACD (Mamou) cuts the voxels of a mesh by planes until every part is nearly convex. Each part lies in
+//! a box. A piece is the convex hull of the mesh's solid within such a box, so that its vertices lie on the surface or inside. Pieces
 //! are merged while their common hull is nearly convex and while there are too many.
 //!
 //! ```

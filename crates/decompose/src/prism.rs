@@ -4,7 +4,7 @@
 //! The triangles of one face are joined across inner edges while the polygons stay convex (Hertel and
 //! Mehlhorn, 1983), which gives at most four times the least number of parts.
 
-use crate::MOST_CORNERS;
+use crate::{MOST_CORNERS, MOST_CORNERS_OF_ALL};
 use nalgebra::{Vector2, Vector3};
 use std::collections::BTreeMap;
 use tumble_core::geometry::mesh::Mesh;
@@ -15,10 +15,15 @@ const EQUAL: f64 = 1e-6;
 /// Largest number of normals that are tried as the direction of the prism.
 const MOST_DIRECTIONS: usize = 8;
 
-/// Corners of convex parts that fill the solid of `mesh`, of the size `extent` (m); `None` if it is no prism.
+/// Corners of convex parts that fill the solid of `mesh`, of the size `extent` (m); `None` if it is no prism, or
+/// has too many vertices.
 pub fn parts(mesh: &Mesh, extent: f64) -> Option<Vec<Vec<Vector3<f64>>>> {
-    let equal = EQUAL * extent;
     let vertices = mesh.vertices();
+    // Every vertex is a corner of a part.
+    if vertices.len() > MOST_CORNERS_OF_ALL {
+        return None;
+    }
+    let equal = EQUAL * extent;
     let area = |[a, b, c]: &[usize; 3]| {
         (vertices[*b] - vertices[*a]).cross(&(vertices[*c] - vertices[*a]))
     };

@@ -138,7 +138,7 @@ class RobotJoint:
     # Slots refuse mistyped names.
     __slots__ = (
         *("name", "range", "place", "_stiffness", "_damping", "_limit"),
-        *("_robot", "_index", "_axis", "_rate", "_reference", "_target", "_effort"),
+        *("_robot", "_axis", "_rate", "_reference", "_effort"),
     )
 
     name: str
@@ -156,19 +156,17 @@ class RobotJoint:
         limits, self._effort = robot._core.bounds(index)
         self.name = name
         self.range = None if limits is None else (limits[0], limits[1])
-        self._robot, self._index, self._axis = robot, index, axis
+        self._robot, self._axis = robot, axis
         self.place, self._rate, self._reference = at, rate, reference
         self._reset()
 
     def _reset(self) -> None:
-        """Sets gains, force limit and target as at the start, from the position motor that the scene gives it."""
+        """Sets gains and force limit to those of its position motor, or to those of the file without gains."""
         self._stiffness, self._damping = 0.0, 0.0
         self._limit = None if self._effort is None else min(-self._effort[0], self._effort[1])
-        self._target: float | None = None
-        motor = self._robot._core.first_motor(self._index)
+        motor = self._robot.simulation._core.position_motor(*self._axis)
         if motor is not None:
-            target, self._stiffness, self._damping, self._limit = motor
-            self._target = target + self._reference
+            _, self._stiffness, self._damping, self._limit = motor
 
     @property
     def stiffness(self) -> float:
@@ -209,8 +207,9 @@ class RobotJoint:
 
     @property
     def target(self) -> float | None:
-        """Target coordinate of its motor; None without one."""
-        return self._target
+        """Target coordinate of its position motor, however it was set; None without one."""
+        motor = self._robot.simulation._core.position_motor(*self._axis)
+        return None if motor is None else motor[0] + self._reference
 
     @target.setter
     def target(self, target: float | None) -> None:
@@ -222,22 +221,20 @@ class RobotJoint:
         else:
             place, max_force = float(target) - self._reference, self._max_force(self.max_force)
             put(*self._axis, (None, place, self.stiffness, self.damping, max_force))
-        self._target = None if target is None else float(target)
 
     @property
     def _motor(self) -> list[float | None]:
-        """Stiffness, damping, force limit and target of its motor."""
-        return [self.stiffness, self.damping, self.max_force, self._target]
+        """Stiffness, damping and force limit of its motor."""
+        return [self.stiffness, self.damping, self.max_force]
 
     @_motor.setter
     def _motor(self, motor: list[Any]) -> None:
-        self._stiffness, self._damping, self._limit, self._target = motor
+        self._stiffness, self._damping, self._limit = motor
 
     def hold_speed(self, speed: float, max_force: float | None = None) -> None:
         """Sets a speed motor with the force limit ``max_force``, by default the one of the file."""
         max_force = self._max_force(self.max_force if max_force is None else max_force)
         self._robot.simulation._core.put_motor(*self._axis, (speed, None, 0.0, 0.0, max_force))
-        self._target = None
 
     def _max_force(self, max_force: float | None) -> float:
         if max_force is None:

@@ -10,8 +10,8 @@ impl World {
     /// their own.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] if it is outside 0…10 or, for an adhesion, 0…10⁹ N, or if a static one is below the world's coefficient of
-    /// friction.
+    /// [`Error::OutOfRange`] if it is outside 0…10 or, for an adhesion, 0…10⁹ N, or if a static one is below
+    /// the world's coefficient of friction.
     pub fn with_coefficient(mut self, of: Coefficient, value: f64) -> Result<Self, Error> {
         let value = checked(of, value, self.friction())?;
         self.coefficients_mut(of).of_world = Some(value);
@@ -21,8 +21,8 @@ impl World {
     /// Returns this world with the coefficient of a body or a fixed collider.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] if it is outside 0…10 or, for an adhesion, 0…10⁹ N, or if a static one is below the owner's coefficient of
-    /// friction; [`Error::Count`] if the owner does not exist or is the ground.
+    /// [`Error::OutOfRange`] if it is outside 0…10 or, for an adhesion, 0…10⁹ N, or if a static one is below
+    /// the owner's coefficient of friction; [`Error::Count`] if the owner does not exist or is the ground.
     pub fn with_coefficient_of(
         mut self,
         of: Coefficient,
@@ -38,8 +38,8 @@ impl World {
     /// Returns this world with the coefficient of the pair of `body` and `partner`.
     ///
     /// # Errors
-    /// [`Error::OutOfRange`] if it is outside 0…10 or, for an adhesion, 0…10⁹ N, or if a static one is below the pair's coefficient of
-    /// friction; those of [`World::with_friction_between`].
+    /// [`Error::OutOfRange`] if it is outside 0…10 or, for an adhesion, 0…10⁹ N, or if a static one is below
+    /// the pair's coefficient of friction; those of [`World::with_friction_between`].
     pub fn with_coefficient_between(
         mut self,
         of: Coefficient,
