@@ -44,6 +44,9 @@ fn unknown_command(command: &clap::Command, first: &OsStr) -> Option<String> {
     {
         return None;
     }
+    if word == "audit" {
+        return Some("tumble audit is in the Python package: pip install ./python, then python -m tumble audit".into());
+    }
     let hint = nearest::hint(word, command.get_subcommands().map(clap::Command::get_name));
     Some(format!("{word:?} is neither a command nor a file{hint} (see tumble --help)"))
 }

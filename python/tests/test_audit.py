@@ -1,6 +1,8 @@
 """Audits of whole runs: exact runs are clean, and faults with known sizes are found."""
 
 import copy
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -317,3 +319,43 @@ class TestMujoco:
             assert said in str(error.value)
         with pytest.raises(tumble.TumbleError, match="model is int; a mujoco.MjModel is needed"):
             referee.audit([data], model=3)
+
+
+def audited(tmp_path, *arguments):
+    """The command ``tumble audit`` in the folder ``tmp_path``."""
+    words = [sys.executable, "-m", "tumble", "audit", *arguments]
+    return subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, encoding="utf-8")
+
+
+def test_the_command_judges_a_run_of_mujoco(tmp_path):
+    mujoco = pytest.importorskip("mujoco")
+    # A box in the air meets all laws. On the floor, MuJoCo's friction creeps.
+    for height, clean in ((1.0, True), (0.1, False)):
+        bodies = FLOOR.format(0.5) + CUBE.format(0.5, 1, height)
+        text = f"<mujoco><option cone='elliptic' gravity='1 0 -9.81'/><worldbody>{bodies}</worldbody></mujoco>"
+        (tmp_path / "model.xml").write_text(text, encoding="utf-8")
+        model = mujoco.MjModel.from_xml_string(text)
+        data = mujoco.MjData(model)
+        qpos, qvel = [], []
+        for _ in range(20):
+            qpos.append(data.qpos.copy())
+            qvel.append(data.qvel.copy())
+            mujoco.mj_step(model, data)
+        np.savez(tmp_path / "run.npz", qpos=qpos, qvel=qvel)
+        done = audited(tmp_path, "run.npz", "--model", "model.xml", "--page", "audit.html")
+        assert done.returncode == (0 if clean else 1), done.stderr
+        assert ("all laws hold" in done.stdout) == clean
+        assert (tmp_path / "audit.html").read_text(encoding="utf-8").startswith("<!doctype html>")
+
+
+def test_the_command_judges_certificates_and_refuses_what_it_cannot_read(tmp_path):
+    (tmp_path / "steps.jsonl").write_text('{"format": "step-certificate 1", "engine": "none"}\n', encoding="utf-8")
+    assert audited(tmp_path, "steps.jsonl").returncode == 0
+    for arguments, said in (
+        (["run.npz"], "belong together"),
+        (["none.jsonl"], "none.jsonl: "),
+        (["none.npz", "--model", "none.xml"], "none.npz: "),
+        (["steps.jsonl", "--page", "p.html"], "for runs of MuJoCo"),
+    ):
+        done = audited(tmp_path, *arguments)
+        assert done.returncode == 2 and said in done.stderr, done.stderr

@@ -1,4 +1,4 @@
-"""The command line: ``tumble`` or ``python -m tumble``. See ``tumble --help``."""
+"""The command line: ``tumble`` or ``python -m tumble``. See ``tumble --help`` and ``tumble audit --help``."""
 
 import signal
 import sys
@@ -10,6 +10,10 @@ def main() -> int:
     """Runs the command line with the arguments of the process, and returns the exit code."""
     # A run ends at Ctrl-C with its files; Python would raise KeyboardInterrupt after that.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    if sys.argv[1:2] == ["audit"]:
+        from . import _audit_command
+
+        return _audit_command.main(sys.argv[2:])
     return command_line(["tumble", *sys.argv[1:]])
 
 
