@@ -141,3 +141,15 @@ def test_the_package_has_the_command_line(tmp_path):
     assert command("verify", "out").returncode == 0
     wrong = command("run", "twer.toml")
     assert wrong.returncode == 2 and wrong.stderr.startswith("error: twer.toml")
+
+
+def test_unsolved_steps_are_logged(caplog):
+    """A rod above the ground turns by two radians in a step."""
+    rod = {"box": [2.0, 0.02, 0.02], "mass": 0.8, "position": [0, 0, 0.5], "spin": [0, 400, 0]}
+    scene = tumble.Scene([rod], ground={"friction": 0.3}, time_step=0.005, integrator="euler")
+    run = scene.run(1)
+    assert [status.name for _, status in run.unsolved] == ["WILD"] and len(caplog.records) == 1
+    said = "1 of 1 step is failed or wild; the trajectory's attribute unsolved lists them"
+    assert (caplog.records[0].name, caplog.messages[0]) == ("tumble", said)
+    tumble.rollout(scene, steps=1)
+    assert len(caplog.records) == 2

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from math import prod
 from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
+from . import _log as log
 from ._arrays import apart, numbers, output
 from ._checks import made, room, whole
 from ._gradients import RolloutDerivatives, constant_names, smoothing_of
@@ -215,6 +216,7 @@ def rollout(
         arrays["status"],
         callback(progress),
     )
+    log.unsolved(len(unsolved), rollouts * length, "the attribute unsolved of the rollouts")
     done = Rollouts(
         arrays["states"],
         arrays["forces"],

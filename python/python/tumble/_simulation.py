@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from . import _log as log
 from ._arrays import numbers
 from ._checks import made, room, whole
 from ._core import core_property
@@ -324,6 +325,7 @@ class Simulation(Queries):
             progress=callback(progress),
         )
         trajectory = Trajectory(self.scene, recorded)
+        log.unsolved(len(trajectory.unsolved), len(trajectory.status), "the trajectory's attribute unsolved")
         if raised is not None:
             raised.trajectory = trajectory  # type: ignore[attr-defined]
             raise raised
