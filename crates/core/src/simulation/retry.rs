@@ -570,7 +570,8 @@ struct RigidMotion {
 }
 
 impl RigidMotion {
-    /// Rigid motion with the linear and angular momentum of the group.
+    /// Rigid motion with the linear and angular momentum of the group. No motion with these has less kinetic
+    /// energy, so none is added.
     fn from_members(world: &World, states: &[State], members: &[usize]) -> Self {
         let of = |body: usize| (&world.bodies()[body], &states[body]);
         let mass: f64 = members.iter().map(|body| of(*body).0.mass()).sum();
@@ -587,7 +588,8 @@ impl RigidMotion {
             let own = turn * body.inertia() * turn.transpose();
             inertia += own
                 + body.mass() * (arm.norm_squared() * Matrix3::identity() - arm * arm.transpose());
-            let about = world.rotation().momentum(body.inertia(), &state.spin, world.time_step());
+            // Momentum I ω of the instant: that of a step is unbounded for turns of several radians.
+            let about = body.inertia() * state.spin;
             momentum += turn * about + body.mass() * arm.cross(&(state.velocity - velocity));
         }
         let spin = inertia.try_inverse().map_or(Vector3::zeros(), |inverse| inverse * momentum);

@@ -1,9 +1,9 @@
 //! Collisions of random pieces, and statistics of their steps.
 
 use super::own::{distance, fixed, overlap_by, part_way, turn};
-use super::{V, is_solved, run, v, world};
+use super::{V, is_solved, kinetic, run, v, world};
 use crate::common::prelude::*;
-use tumble_core::simulation::UnphysicalCause;
+use tumble_core::simulation::{Interval, UnphysicalCause};
 
 /// Random piece: a ball, box, capsule, plate, rod, needle or hull.
 pub fn piece(draws: &mut Draws) -> Piece {
@@ -66,6 +66,8 @@ pub struct Found {
     pub solvable: u32,
     /// Contacts whose gap at k is below the overlap of the pieces at k.
     pub behind: Vec<String>,
+    /// Largest growth of the kinetic energy in a failed step.
+    pub growth: f64,
 }
 
 /// True if no solution of a step was found.
@@ -80,13 +82,27 @@ impl Found {
         self.failed += u32::from(is_unsolved(record));
         self.gaining += u32::from(record.status() == StepStatus::Failed && !is_unsolved(record));
         self.wild += u32::from(record.status() == StepStatus::Wild);
-        let (from, to) = (record.states(), record.next_states());
+        for taken in record.intervals() {
+            self.look_within(name, record, taken, a, b);
+        }
+    }
+
+    /// Examines an interval of a step. Between its ends, bodies move as straight as in one problem.
+    fn look_within(
+        &mut self,
+        name: &str,
+        record: &StepRecord,
+        taken: &Interval,
+        a: &Piece,
+        b: &Piece,
+    ) {
+        let (from, to) = (&taken.states[..], &taken.solution.states[..]);
         let size = |piece: &Piece| piece.core().reach() + piece.radius();
         if let ([x, y], [x_end, y_end]) = (from, to) {
             // The pieces stay far from each other.
             let apart = (x.position - y.position).norm();
             let moved = (x_end.position - x.position).norm() + (y_end.position - y.position).norm();
-            if record.first().contacts.is_empty() && apart - moved > reach(a) + reach(b) {
+            if taken.contacts.is_empty() && apart - moved > reach(a) + reach(b) {
                 return;
             }
         }
@@ -95,7 +111,7 @@ impl Found {
             None => fixed(),
         };
         let apart = distance((a, &place(0, 0.0)), (b, &place(1, 0.0)));
-        for contact in &record.first().contacts {
+        for contact in &taken.contacts {
             // Equal faces are distinguished to 1e-7 of the size, and solvers leave an error of some
             // 1e-9.
             if apart > 0.0 && contact.gap < -2e-7 * size(a).min(size(b)) {
@@ -115,16 +131,16 @@ impl Found {
         };
         let thick = 0.25 * (inner(a) + inner(b));
         let deep = |share: f64| {
-            let between = share < 1.0 && !record.first().contacts.is_empty();
+            let between = share < 1.0 && !taken.contacts.is_empty();
             let depth = thick + if between { bulge(0, a) + bulge(1, b) } else { 0.0 };
             overlap_by((a, &place(0, share)), (b, &place(1, share)), depth)
         };
         if overlap_by((a, &place(0, 0.0)), (b, &place(1, 0.0)), thick) {
-            // An earlier step left this overlap.
+            // An earlier interval left this overlap.
             return;
         }
         if let Some(share) = (1..=40).map(|i| f64::from(i) / 40.0).find(|share| deep(*share)) {
-            let (k, contacts) = (record.index, record.first().contacts.len());
+            let (k, contacts) = (record.index, taken.contacts.len());
             let passed = if is_solved(record) { &mut self.passed } else { &mut self.marked };
             let turn = turn(0).max(turn(1));
             self.least_turn = self.least_turn.min(turn);
@@ -187,6 +203,11 @@ impl Pairs {
         found.met += u32::from(records.iter().any(|record| !record.first().contacts.is_empty()));
         for record in &records {
             found.look(&format!("pair {number}"), record, &a.2, &b.2);
+            if record.status() == StepStatus::Failed {
+                let [before, after] =
+                    [record.states(), record.next_states()].map(|states| kinetic(&world, states));
+                found.growth = found.growth.max(after / before - 1.0);
+            }
             if is_unsolved(record) {
                 let slender =
                     |body: &RigidBody| body.inertia().norm() * body.inertia_inverse().norm();
