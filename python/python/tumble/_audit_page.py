@@ -38,7 +38,6 @@ def write_page(audit: Audit, path: Location) -> None:
     span = f"{times[0]:.4g} s to {times[-1]:.4g} s" if count else "no time"
     verdict = "✓ no findings" if audit.is_clean else f"✗ {len(audit.findings)} findings"
     body = [
-        f"<h1>{escape(audit.title)}</h1>",
         f"<p>{count} steps, {span}. Laws count as met up to {audit.tolerance:.0e} m/s. {verdict}.</p>",
         table([["measure", "largest", "where"], *([name, value, where] for name, value, where in audit.largest())]),
     ]
@@ -91,7 +90,7 @@ def _charts(audit: Audit) -> list[str]:
         chart("residual, m/s", times, both, logarithmic=True),
         chart("engine's velocity from the exact one, m/s", times, steps["apart_m_s"][:, None], logarithmic=True),
         chart("overlap, m", times, steps["overlap_m"][:, None], logarithmic=True),
-        chart("slip inside the cone (red) and creep (blue), m/s", times, slips, logarithmic=True),
+        chart("slip inside the cone (red), creep (blue), m/s", times, slips, logarithmic=True),
         chart("energy that contacts and errors add in a step, J", times, steps["energy_J"][:, None]),
     ]
 
@@ -121,7 +120,7 @@ def _contacts(audit: Audit) -> list[str]:
             cell = place[name], step[int(k)]
             values[cell] = max(values[cell], residual)
     chart_of = strips(names[:_STRIPS], audit.steps["time_s"], values, audit.tolerance, _DARKEST)
-    scale = f"Pale: at most {audit.tolerance:.0e} m/s. Darkest: about {_DARKEST:g} m/s and more. White: no contact."
+    scale = f"Faint: at most {audit.tolerance:.0e} m/s. Strongest: about {_DARKEST:g} m/s and more. Empty: no contact."
     return [
         "<h2>Contacts</h2>",
         table(rows),
@@ -137,4 +136,4 @@ def _beside(audit: Audit, k: int) -> str:
     said = [f"<li>{escape(each.sentence)}</li>" for each in audit.findings if each.worst == k]
     time = audit.steps["time_s"][place]
     head = f"<summary><b>Step {k}</b>, to {time:.6g} s: residual {engine:.1e} m/s, of the exact step {exact:.1e} m/s</summary>"
-    return f"<details open>{head}<ul>{''.join(said)}</ul><pre>{escape(audit.beside(k, _VELOCITIES))}</pre></details>"
+    return f"<details open>{head}<ul>{''.join(said)}</ul><pre tabindex='0'>{escape(audit.beside(k, _VELOCITIES))}</pre></details>"

@@ -92,9 +92,8 @@ class Comparison:
             chart("places apart, m", self.times, self.distance[:, None]),
         ]
         body = [
-            "<h1>MuJoCo and hard steps</h1>",
             legend("MuJoCo", "hard"),
-            f"<pre>{html.escape(self.table())}</pre>",
+            f"<pre tabindex='0'>{html.escape(self.table())}</pre>",
             *charts,
         ]
         Path(path).write_text(document("MuJoCo and hard steps", body), encoding="utf-8")

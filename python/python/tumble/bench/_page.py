@@ -16,7 +16,7 @@ def page(
     """HTML of a report: its tables, then the files of the cases."""
     title = f"Contact benchmark, {about['date']}"
     facts = f"tumble {about['tumble']}, Python {about['python']}, {about['machine']}; {about['duration']}."
-    body = [f"<h1>{escape(title)}</h1>", f"<p>{escape(facts)}</p>"]
+    body = [f"<p>{escape(facts)}</p>"]
     body += ["<ul>", *(f"<li>{escape(line)}</li>" for line in legend), "</ul>"]
     for heading, rows in sections:
         body += [f"<h2>{escape(heading)}</h2>", table(rows)]
@@ -24,5 +24,5 @@ def page(
     for case in cases:
         summary = f"<summary><b>{escape(case.name)}</b>: {escape(case.description)}</summary>"
         text = escape(Path(case.path).read_text(encoding="utf-8"))
-        body.append(f"<details>{summary}<pre>{text}</pre></details>")
+        body.append(f"<details>{summary}<pre tabindex='0'>{text}</pre></details>")
     return document(title, body)

@@ -17,14 +17,18 @@ const MOST_LINES = 400;
 // Radius of the ground over that of the motion.
 const GROUND_REACH = 3.2;
 
-// Positions of the bodies in sampled frames, and fixed objects.
+// Anchors of the joints of a body, in its frame. They may be far from its shape, as the pivot of a pendulum.
+const anchorsOf = (run, body) => run.data.joints.filter((joint) => joint.body === body).map(({ anchor }) => anchor);
+
+// Positions of the bodies and joints in sampled frames, and fixed objects.
 function visited(run) {
-  const count = run.bodies.reduce((sum, body) => sum + body.span.length, 0);
+  const spans = run.bodies.map((body, b) => body.span.concat(anchorsOf(run, b)));
+  const count = spans.reduce((sum, span) => sum + span.length, 0);
   const frames = Math.max(FEWEST_FRAMES, SAMPLES / count);
   const stride = Math.max(1, Math.ceil(run.count / frames));
   const points = run.data.fixed.flatMap((fixed) => fixed.span);
   const visit = (frame) =>
-    run.bodies.forEach((body, b) => append(points, run.placed(frame, b, body.span)));
+    spans.forEach((span, b) => append(points, run.placed(frame, b, span)));
   for (let frame = 0; frame < run.count; frame += stride) visit(frame);
   visit(run.count - 1);
   return points.filter(isFinitePoint);
@@ -39,7 +43,7 @@ const feet = [];
 const MOVES = 0.05;
 const MARGIN = 2;
 
-// Places around the bodies that move, in sampled frames.
+// Places around the bodies that move and their joints, in sampled frames.
 function movingPlaces(run) {
   const stride = Math.max(1, Math.ceil(run.count / Math.max(FEWEST_FRAMES, SAMPLES / run.bodies.length)));
   const frames = Array.from({ length: Math.ceil(run.count / stride) }, (_, i) => i * stride).concat(run.count - 1);
@@ -51,7 +55,8 @@ function movingPlaces(run) {
     const room = MARGIN * run.reaches[body];
     const ends = [-room, room];
     const around = (at) => ends.flatMap((x) => ends.flatMap((y) => ends.map((z) => add(at, [x, y, z]))));
-    return isMoving(body) ? path.flatMap(around) : [];
+    const pivots = frames.flatMap((frame) => run.placed(frame, body, anchorsOf(run, body))).filter(isFinitePoint);
+    return isMoving(body) ? path.flatMap(around).concat(pivots) : [];
   });
 }
 

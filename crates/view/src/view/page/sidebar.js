@@ -62,7 +62,7 @@ function comparison() {
     });
   const table = element("table", {}, element("thead", {}, head), element("tbody", {}, ...rows));
   const same = parameters.filter(({ differs }) => !differs);
-  return [table, element("h3", {}, "the same in both"), list(same)];
+  return [table, element("h2", { class: "minor" }, "the same in both"), list(same)];
 }
 
 // Notes on data that the page omits.
@@ -91,7 +91,7 @@ function fillFacts(setTime) {
   facts.append(
     ...(isPair ? comparison() : [list(data.facts)]),
     element("div", { id: "body-facts" }),
-    element("h3", {}, "Solver"),
+    element("h2", { class: "minor" }, "Solver"),
     ...results,
     ...(isPair ? [] : [list(data.record)]),
     ...omissions(),
@@ -185,7 +185,7 @@ function showBody(body) {
   place.replaceChildren(
     ...runs.flatMap((run) => {
       const { name, facts } = run.bodies[body];
-      const heading = element("h3", {}, ...(isPair ? [key(run), " "] : []), name);
+      const heading = element("h2", { class: "minor" }, ...(isPair ? [key(run), " "] : []), name);
       return [heading, list(facts)];
     }),
   );
