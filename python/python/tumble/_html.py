@@ -66,7 +66,9 @@ def document(title: str, body: Sequence[str]) -> str:
     view = '<meta name="viewport" content="width=device-width, initial-scale=1">'
     head = f'<meta charset="utf-8">{view}<title>{escape(title)}</title><style>{STYLE}</style>'
     top, joined = f"<header><h1>{escape(title)}</h1></header>", "\n".join(body)
-    return f'<!doctype html>\n<html lang="en"><head>{head}</head><body>\n{top}\n<main>\n{joined}\n</main></body></html>\n'
+    return (
+        f'<!doctype html>\n<html lang="en"><head>{head}</head><body>\n{top}\n<main>\n{joined}\n</main></body></html>\n'
+    )
 
 
 def table(rows: Sequence[Sequence[str]]) -> str:

@@ -91,11 +91,7 @@ class Comparison:
             chart("energy, J", self.times, self.energy),
             chart("places apart, m", self.times, self.distance[:, None]),
         ]
-        body = [
-            legend("MuJoCo", "hard"),
-            f"<pre tabindex='0'>{html.escape(self.table())}</pre>",
-            *charts,
-        ]
+        body = [legend("MuJoCo", "hard"), f"<pre tabindex='0'>{html.escape(self.table())}</pre>", *charts]
         Path(path).write_text(document("MuJoCo and hard steps", body), encoding="utf-8")
 
 

@@ -24,7 +24,7 @@ from ._scene import Scene, load
 from ._simulation import Simulation
 from ._starts import place
 from ._tumble import TumbleError, step_all
-from ._types import ByJoint, Floats, Location
+from ._types import ByJoint, Floats, Integers, Location
 from ._window import Window
 
 Flags = npt.NDArray[np.bool_]
@@ -319,6 +319,16 @@ class RobotVectorEnv(VectorEnv):  # type: ignore[misc,type-arg,unused-ignore]
         truncated = self._taken >= self.max_episode_steps
         self._ended = terminated | truncated
         return np.stack(observed), rewards, terminated, truncated, infos
+
+    @property
+    def episode_steps(self) -> Integers:
+        """Actions taken in the episode of each environment: (B,)."""
+        return self._taken.copy()
+
+    def restart(self, index: int) -> Floats:
+        """Begins a new episode of one environment, at once instead of in the next step. Returns its observation."""
+        self._taken[index], self._ended[index] = 0, False
+        return self.envs[index].reset()[0]
 
     def render(self) -> Any:
         """Images of the environments, or None without a render mode."""
