@@ -3,6 +3,7 @@
 use super::outcome::Failure;
 use super::recording::Recording;
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use tumble_core::world::World;
 use tumble_model::shown;
@@ -88,8 +89,9 @@ impl<'a> Frames<'a> {
                 "{path} has more than {most} rows, too many for this picture"
             )));
         }
-        frame.contacts.retain(is_loaded);
-        frame.contacts.shrink_to_fit();
+        let contacts = Arc::make_mut(&mut frame.contacts);
+        contacts.retain(is_loaded);
+        contacts.shrink_to_fit();
         self.bytes += memory(&frame);
         self.frames.push(frame);
         if self.bytes > MOST_BYTES {

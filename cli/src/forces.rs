@@ -70,7 +70,7 @@ impl Table {
     fn add(&mut self, step: &IntervalRows) {
         let time = step.row.time;
         let mut resultants: BTreeMap<(usize, Partner), Vector3<f64>> = BTreeMap::new();
-        for row in &step.contacts {
+        for row in &*step.contacts {
             let pair = (row.body, row.partner);
             *resultants.entry(pair).or_default() += row.force;
             let along = row.normal.dot(&row.force);

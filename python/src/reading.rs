@@ -37,7 +37,7 @@ pub fn from_tables(
     let reader = TablesReader::new(streams, TableShape::new(world));
     let mut reader = reader.map_err(refused)?.from_any_index().without_idle_contacts(!all_contacts);
     let (mut rows, mut sums) = (Vec::<IntervalRows>::new(), Vec::new());
-    while let Some(row) = reader.next_interval().map_err(refused)? {
+    while let Some(mut row) = reader.next_interval().map_err(refused)? {
         let (k, h) = (row.row.index, world.time_step());
         let begin = k as f64 * h;
         let is_within = row.row.interval > 0 && (begin..begin + h).contains(&row.row.time);
@@ -50,6 +50,9 @@ pub fn from_tables(
             return Err(refused(format!(
                 "a contact of step {k} refers to a body or piece that the scene does not have"
             )));
+        }
+        if let Some(last) = rows.last_mut() {
+            last.share_with(&mut row);
         }
         rows.push(row);
     }

@@ -53,7 +53,7 @@ pub struct PyRecording {
 pub fn add_forces(step: &IntervalRows, sums: &mut Vec<Vector3<f64>>) {
     let first = sums.len();
     sums.resize(first + step.states.len(), Vector3::zeros());
-    for contact in &step.contacts {
+    for contact in &*step.contacts {
         sums[first + contact.body] += contact.force;
         if let Partner::Body(other) = contact.partner {
             sums[first + other] -= contact.force;
@@ -120,7 +120,7 @@ impl PyRecording {
                 IntervalRows::new(&self.content.world, last.row.index, 0, &Interval::default()).row;
             last.row = StepRow { time: last.row.time, energy: last.row.energy, ..row };
             (last.ends, last.idle) = (Vec::new(), Vec::new());
-            last.contacts = Vec::new();
+            last.contacts = Arc::default();
             let world = self.content.world_at(last.row.index);
             for (index, row) in last.joints.iter_mut().enumerate() {
                 let force = JointForce::none(row.turns);
@@ -254,7 +254,7 @@ impl PyRecording {
         let steps = self.steps_of_rows();
         let indices: Vec<_> = steps.iter().flat_map(of).collect();
         all.set_item("k", list(py, indices)?)?;
-        let rows = steps.iter().flat_map(|step| &step.contacts);
+        let rows = steps.iter().flat_map(|step| &*step.contacts);
         let pairs = rows.clone().map(|row| (row.body, row.partner)).collect();
         let names = Arc::new(PartnerNames::new(py, &self.content));
         let contacts = ContactColumns::new(py, pairs, rows, names);
@@ -380,6 +380,17 @@ impl PyRecording {
 }
 
 impl PyRecording {
+    /// Adds the rows of the next interval.
+    pub fn add(&mut self, mut rows: IntervalRows) {
+        if !self.has_contacts {
+            rows.keep_motion();
+        }
+        if let Some(last) = self.rows.last_mut() {
+            last.share_with(&mut rows);
+        }
+        self.rows.push(rows);
+    }
+
     /// Rows of whole steps.
     pub fn steps_of_rows(&self) -> Cow<'_, [IntervalRows]> {
         whole_steps(&self.content.world, &self.rows)

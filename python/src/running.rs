@@ -142,12 +142,9 @@ impl Running {
             let record = self.last.record();
             let bodies = 0..record.states().len();
             recording.forces.extend(bodies.map(|body| record.mean_force(body)));
-            let mut rows = IntervalRows::from_step(self.simulation.world(), record);
-            for rows in rows.iter_mut().filter(|_| !recording.has_contacts) {
-                rows.contacts = Vec::new();
-                rows.row.contacts = 0;
+            for rows in IntervalRows::from_step(self.simulation.world(), record) {
+                recording.add(rows);
             }
-            recording.rows.append(&mut rows);
             done.fetch_add(1, Ordering::Relaxed);
         }
         Ok(())

@@ -504,7 +504,7 @@ impl PySimulation {
         };
         let ended = watched.run(py, || running.run(steps, &inputs, &mut recording, &done));
         let ended = ended.and_then(|ended| ended.map_err(|error| step_error(&error)));
-        recording.rows.push(running.end());
+        recording.add(running.end());
         recording.is_of_scene = running.is_of_scene;
         Ok((recording, ended.err().map(|raised| raised.into_value(py))))
     }

@@ -32,7 +32,7 @@ fn frame(count: usize) -> IntervalRows {
         length: 0.0,
         moment: Vector3::zeros(),
     };
-    step.contacts = vec![contact; count];
+    step.contacts = vec![contact; count].into();
     step
 }
 

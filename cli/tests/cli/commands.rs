@@ -91,7 +91,8 @@ fn misspelt_words_are_answered_with_the_nearest_one() {
         run(args).assert_refused(2, &["did you mean", hint]);
     }
     run(&["xyzzy"]).assert_refused(2, &["xyzzy", "neither a command nor a file"]);
-    run(&["audit"]).assert_refused(2, &["tumble audit", "Python package", "python -m tumble audit"]);
+    run(&["audit"])
+        .assert_refused(2, &["tumble audit", "Python package", "python -m tumble audit"]);
     run(&["run", "--gravity", "0", "0", "1"]).assert_refused(2, &["write --gravity 0,0,1"]);
     run(&["--gravity", "0", "0", "-5"]).assert_refused(2, &["write --gravity 0,0,-5"]);
     run(&["--gravity", "0,", "0,", "-5"]).assert_refused(2, &["write --gravity 0,0,-5"]);

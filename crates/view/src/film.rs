@@ -98,7 +98,9 @@ impl Film {
         floating: bool,
         mut frames: Vec<IntervalRows>,
     ) -> Result<Self, Failure> {
-        frames.iter_mut().for_each(|frame| frame.contacts.retain(is_loaded));
+        frames
+            .iter_mut()
+            .for_each(|frame| std::sync::Arc::make_mut(&mut frame.contacts).retain(is_loaded));
         let bodies = document.bodies.iter().zip(world.bodies()).zip(document.loads()?).enumerate();
         let bodies = bodies.map(|(index, ((body, rigid), load))| {
             let centre = body.centre();

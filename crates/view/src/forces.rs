@@ -31,7 +31,7 @@ impl Scale {
         let reach = film.bodies.iter().map(Object::reach).sum::<f64>() / count;
         let mut weight = mass * film.world.gravity().norm();
         if weight == 0.0 {
-            let contacts = film.frames.iter().flat_map(|frame| &frame.contacts);
+            let contacts = film.frames.iter().flat_map(|frame| &*frame.contacts);
             weight = contacts.map(|c| c.force.norm()).fold(f64::MIN_POSITIVE, f64::max);
         }
         Self { weight, longest: 1.5 * reach }
@@ -57,7 +57,7 @@ impl Scale {
     /// step visible in any frame.
     pub fn means(&self, steps: &[IntervalRows]) -> Vec<MeanForce> {
         let mut means = BTreeMap::new();
-        for contact in steps.iter().flat_map(|step| &step.contacts) {
+        for contact in steps.iter().flat_map(|step| &*step.contacts) {
             let site = contact.key.between(contact.body, contact.partner);
             let (point, normal) = (contact.point, contact.normal);
             let (force, moment) = (Vector3::zeros(), Vector3::zeros());

@@ -295,7 +295,7 @@ class Simulation(Queries):
         ``scene.motor_axes``, then those of ``scene.motor_gears``. ``joint_forces`` (T, A) act on the
         axes of ``scene.driven_axes``, in addition to their own (N or N m). Wrenches are held during each
         step or act ``at_instant``, see step. Without ``contacts``
-        only states and total forces on each body are recorded, which needs a tenth of the memory. Too
+        only states and total forces on each body are recorded, which needs a sixth of the memory while contacts change. Too
         large a recording raises MemoryError.
 
         Ctrl-C raises KeyboardInterrupt, and the simulation stays at its last step. Any

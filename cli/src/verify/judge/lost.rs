@@ -34,7 +34,7 @@ impl StepJudge {
     /// it never makes a step exact.
     pub(super) fn lost_of_forces(&self, judged: &JudgedStep<'_>) -> f64 {
         let JudgedStep { contacts, loads, joints, gears, step, .. } = judged;
-        let (rows, states) = (&step.contacts, &step.states);
+        let (rows, states) = (&*step.contacts, &step.states);
         let gives = self.world.bodies().iter().zip(states).map(|(body, state)| {
             let reach = body.reach();
             let turning = body.inertia_inverse().norm() * (state.position.norm() + reach) * reach;

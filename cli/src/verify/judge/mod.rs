@@ -302,7 +302,7 @@ impl StepJudge {
                 differ(format!("its {part} in the table is {column:.3e} m/s, not {found:.3e}"));
             }
         }
-        for (contact, row) in contacts.iter().zip(&step.contacts).filter(|_| complete) {
+        for (contact, row) in contacts.iter().zip(&*step.contacts).filter(|_| complete) {
             if (contact.slip(&self.world, states, next) - row.slip).amax() > slip_lost {
                 differ(format!("its contact {} has a different slip", row.index));
             }

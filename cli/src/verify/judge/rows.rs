@@ -51,7 +51,7 @@ impl StepJudge {
         if self.turns_friction {
             motions.set(&step.instants, &free);
         }
-        for row in &step.contacts {
+        for row in &*step.contacts {
             let contact = row.contact(&self.world, &step.states).and_then(|contact| {
                 row.is_there(&contact, &self.world, &step.states, moved)?;
                 is_next_plane(&contact.key, &mut planes, !self.loaded_contacts)?;

@@ -149,7 +149,7 @@ pub fn still(
 pub(crate) fn usual_view(film: &Film) -> View {
     let stride = film.frames.len().div_ceil(SKETCHES);
     let mut frames: Vec<_> = film.frames.iter().step_by(stride).cloned().collect();
-    frames.iter_mut().for_each(|frame| frame.contacts.clear());
+    frames.iter_mut().for_each(|frame| frame.contacts = std::sync::Arc::default());
     let film = film.with_frames(frames);
     let (scale, to_ground) = (Scale::from_film(&film), film.to_ground());
     let moments: Result<Vec<_>, _> =

@@ -106,7 +106,8 @@ pub fn falling_cube(steps: u64) -> Film {
         let velocity = Vector3::new(0.0, 4.0, if rests { 0.0 } else { -GRAVITY * time });
         let status = if rests { StepStatus::Converged } else { StepStatus::Free };
         let mut step = step(&world, k, status, [position, velocity, Vector3::z()], attitude);
-        step.contacts = (0..4).filter(|_| rests && k < steps).map(contact).collect();
+        step.contacts =
+            std::sync::Arc::new((0..4).filter(|_| rests && k < steps).map(contact).collect());
         step
     };
     let frames = ended((0..=steps).map(frame));

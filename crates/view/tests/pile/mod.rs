@@ -187,7 +187,8 @@ pub fn film(steps: u64) -> Film {
         let interval = Interval::new(states, Vec::new(), StepSolution::default());
         let mut step = IntervalRows::new(&world, k, 0, &interval);
         if k < steps {
-            step.contacts = standing.iter().cloned().chain((60..75).map(rolls)).collect();
+            step.contacts =
+                std::sync::Arc::new(standing.iter().cloned().chain((60..75).map(rolls)).collect());
             (step.row.status, step.row.iterations) = (StepStatus::Converged, 3);
             step.row.residual = 1e-12;
         }

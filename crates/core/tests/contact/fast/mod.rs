@@ -349,4 +349,3 @@ fn grazing_balls_are_detected() {
     // The others obey all laws at the end of the step.
     assert!(met >= 96, "{met} of 120 meet");
 }
-

@@ -5,6 +5,7 @@ use super::contact_runs::{CUT_OFF, ReadRuns};
 use super::{Streams, Table, TableShape};
 use crate::output::csv_reader::{CsvReader, RowsError, Steps};
 use std::io::Read;
+use std::sync::Arc;
 use tumble_core::joint::{Joint, JointForce};
 use tumble_core::mechanics::State;
 use tumble_core::simulation::kick;
@@ -26,8 +27,8 @@ pub struct IntervalRows {
     pub before: Box<[f64]>,
     /// State of each body at its end. Read from tables, it is empty if the next interval starts there.
     pub ends: Vec<State>,
-    /// Contacts of the interval.
-    pub contacts: Vec<ContactRow>,
+    /// Contacts of the interval, in the memory of those before if they are equal.
+    pub contacts: Arc<Vec<ContactRow>>,
     /// Flags of contacts that add nothing to the residual: without force and rebound, they end with a gap
     /// of 0 or more. Read from tables, it is empty.
     pub idle: Vec<bool>,
@@ -76,6 +77,26 @@ impl IntervalRows {
     pub fn gear_force(&self, world: &World, index: usize) -> f64 {
         let joint = &world.joints()[world.gears()[index].axes()[0].joint];
         self.gears[index].force * self.kick(joint.body(), joint.other())
+    }
+
+    /// Leaves out what the rows of the `next` interval have too: its ends, and one of two equal lists of contacts.
+    pub fn share_with(&mut self, next: &mut Self) {
+        if self.ends == next.states {
+            self.ends = Vec::new();
+        }
+        if self.contacts == next.contacts {
+            next.contacts = Arc::clone(&self.contacts);
+        }
+    }
+
+    /// Leaves out contacts and middle velocities, for a recording of the motion. All bodies then start at each row.
+    pub fn keep_motion(&mut self) {
+        if !self.instants.is_empty() {
+            self.states = std::mem::take(&mut self.instants);
+        }
+        self.before.fill(0.0);
+        (self.ends, self.idle) = (Vec::new(), Vec::new());
+        (self.contacts, self.row.contacts) = (Arc::default(), 0);
     }
 
     /// States at its start with the velocities of the instant.
@@ -211,7 +232,7 @@ impl<R: Read> TablesReader<R> {
             before: before.into(),
             ends: end_rows,
             idle: Vec::new(),
-            contacts,
+            contacts: Arc::new(contacts),
             joints,
             gears,
         }))

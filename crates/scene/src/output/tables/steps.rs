@@ -3,6 +3,7 @@
 use super::{ContactRow, GearTableRow, IntervalRows, JointRow};
 use nalgebra::Vector3;
 use std::borrow::Cow;
+use std::sync::Arc;
 use tumble_core::joint::Joint;
 use tumble_core::simulation::{StepRecord, acting_times};
 use tumble_core::step::StepStatus;
@@ -52,8 +53,9 @@ fn whole_step(world: &World, intervals: &[IntervalRows]) -> Option<IntervalRows>
     whole.idle.clear();
     whole.row.contacts = whole.contacts.len();
     // Numbers do not depend on contacts without a force, which tables may lack.
-    whole.contacts.sort_by_key(|contact| contact.force == Vector3::zeros());
-    for (number, contact) in whole.contacts.iter_mut().enumerate() {
+    let contacts = Arc::make_mut(&mut whole.contacts);
+    contacts.sort_by_key(|contact| contact.force == Vector3::zeros());
+    for (number, contact) in contacts.iter_mut().enumerate() {
         (contact.index, contact.interval, contact.length) = (number, 0, length);
     }
     Some(whole)
@@ -118,7 +120,7 @@ impl IntervalRows {
     /// Scales forces, rates and slips of `world` by the `share` of this interval in the step for a body and
     /// another one.
     fn scale(&mut self, world: &World, share: impl Fn(usize, Option<usize>) -> TableShares) {
-        for contact in &mut self.contacts {
+        for contact in Arc::make_mut(&mut self.contacts) {
             contact.scale(share(contact.body, contact.partner.body()));
         }
         let of_joint = |joint: &Joint| share(joint.body(), joint.other());
@@ -151,7 +153,8 @@ impl IntervalRows {
         row.restitution_share = row.restitution_share.min(more.restitution_share);
         row.works.iter_mut().zip(more.works).for_each(|(sum, work)| *sum += work);
         row.error += more.error;
-        later.contacts.into_iter().for_each(|contact| add_contact(&mut self.contacts, contact));
+        let contacts = Arc::make_mut(&mut self.contacts);
+        later.contacts.iter().for_each(|contact| add_contact(contacts, contact.clone()));
         for (joint, more) in self.joints.iter_mut().zip(&later.joints) {
             joint.velocity += more.velocity;
             joint.spin += more.spin;

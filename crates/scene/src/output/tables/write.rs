@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::convert::Infallible;
 use std::io::{self, Write};
+use std::sync::Arc;
 use tumble_core::contact::Contact;
 use tumble_core::joint::{JointForce, JointResidual, Knots};
 use tumble_core::mechanics::State;
@@ -307,7 +308,7 @@ impl IntervalRows {
             before: before.into(),
             ends: if is_end { Vec::new() } else { interval.solution.states.clone() },
             idle: is_idle.collect(),
-            contacts: ContactRow::from_interval(interval).map(contact).collect(),
+            contacts: Arc::new(ContactRow::from_interval(interval).map(contact).collect()),
             joints: JointRow::from_interval(world, interval).collect(),
             gears: GearTableRow::from_interval(world, interval).collect(),
             row,

@@ -168,7 +168,7 @@ fn board() -> Film {
     for frame in &mut film.frames {
         let (s, state) = (frame.row.time / 2.0, &mut frame.states[0]);
         state.position = Vector3::new(0.1 * (20.0 * s).sin(), 1.6 * s - 0.8, 0.025);
-        frame.contacts.clear();
+        frame.contacts = std::sync::Arc::default();
     }
     let peg = |k: i32| {
         let place =
@@ -246,7 +246,7 @@ fn camera_follows_a_long_throw_and_shows_the_grid() {
             40.0 * time,
             1.7 + (15.0 * time - 0.5 * 9.81 * time * time).max(0.0),
         );
-        frame.contacts.clear();
+        frame.contacts = std::sync::Arc::default();
     }
     for [whole, shown] in shares(&film) {
         assert!(whole < 0.04 && (0.1..0.25).contains(&shown), "{whole} {shown}");

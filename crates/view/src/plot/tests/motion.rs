@@ -19,7 +19,8 @@ fn the_force_on_a_body_is_the_sum_from_both_sides() {
             contact(0, Partner::Ground, 2.0 * weight, 0),
             contact(1, Partner::Body(0), 0.25 * weight, 0),
             contact(1, Partner::Body(0), 0.75 * weight, 1),
-        ];
+        ]
+        .into();
     }
     for body in 0..2 {
         let panel = force(&film, body);
