@@ -375,9 +375,22 @@ impl EnergyCheck {
         for ((joint, force), motions) in world.joints().iter().zip(claim.joints).zip(motions) {
             let work = motions.work(joint, claim.states, claim.next, force, &world.step_map());
             let work = work.unwrap_or(JointWork::UNKNOWN);
-            let budget = &mut self.budgets[self.islands.label(joint.body())];
-            budget.gained -= work.drives;
-            budget.size += work.drives.abs();
+            let body = joint.body();
+            let budget = &mut self.budgets[self.islands.label(body)];
+            let mut drives = work.drives;
+            if joint.moves() {
+                // (J6b)
+                let (state, next) = (&claim.states[body], &claim.next[body]);
+                let change = State {
+                    velocity: next.velocity - state.velocity,
+                    spin: next.spin - state.spin,
+                    ..*state
+                };
+                drives += work.excess + load_excess(world, claim, body)
+                    - kinetic_energy(world, &world.bodies()[body], &change);
+            }
+            budget.gained -= drives;
+            budget.size += drives.abs();
             budget.holding += work.holding;
             budget.excess += work.excess;
         }
@@ -399,15 +412,8 @@ impl EnergyCheck {
 
     /// Subtracts the work of axes that stop and hold a load from the gains, up to (J6a).
     fn allow_holding(&mut self, world: &World, claim: &Claim<'_>) {
-        let h = world.time_step();
-        for (index, body) in world.bodies().iter().enumerate() {
-            let (state, next) = (&claim.states[index], &claim.next[index]);
-            let wrench = &claim.wrenches[index];
-            let force = wrench.force + world.gravity() * body.mass();
-            let torque = wrench.torque - state.spin.cross(&(body.inertia() * state.spin));
-            let faster = force.dot(&(next.velocity - state.velocity));
-            let turning = torque.dot(&(next.spin - state.spin));
-            self.budgets[self.islands.label(index)].excess += 0.5 * h * (faster + turning);
+        for body in 0..world.bodies().len() {
+            self.budgets[self.islands.label(body)].excess += load_excess(world, claim, body);
         }
         for budget in &mut self.budgets {
             let allowed = budget.holding.min(budget.excess.max(0.0));
@@ -537,6 +543,18 @@ fn work_of_bounce(
     let power =
         force.dot(&(state.velocity + next.velocity)) + wrench.torque.dot(&(state.spin + next.spin));
     0.5 * world.time_step() * power
+}
+
+/// Work ½ h f·(v⁺ − v) + ½ h (τ − ω × Iω)·(ω⁺ − ω) of the loads of a body on its motion at the end, minus that on its
+/// mean motion (J).
+fn load_excess(world: &World, claim: &Claim<'_>, index: usize) -> f64 {
+    let body = &world.bodies()[index];
+    let (state, next, wrench) = (&claim.states[index], &claim.next[index], &claim.wrenches[index]);
+    let force = wrench.force + world.gravity() * body.mass();
+    let torque = wrench.torque - state.spin.cross(&(body.inertia() * state.spin));
+    let faster = force.dot(&(next.velocity - state.velocity));
+    let turning = torque.dot(&(next.spin - state.spin));
+    0.5 * world.time_step() * (faster + turning)
 }
 
 /// Translational energy ½ m v² plus the rotational [energy](energy::turning) (J).

@@ -448,6 +448,43 @@ fn a_pusher_pushes_with_what_friction_takes() {
     assert!((gap - 0.15).abs() < 1e-9, "{gap}");
 }
 
+/// Checks a box on a tray that moves at 0.4 m/s, turns back after 50 ms and stops after 80 ms. With a = μ g the
+/// box has slid by
+///
+/// ½ a t₁² + a t₁ (t₂ − t₁) − ½ a (t₂ − t₁)² + ½ a (2 t₁ − t₂)²
+///
+/// in the end. Its drive does work, but no step makes energy.
+#[test]
+fn a_tray_may_turn_back_and_stop_abruptly_under_a_sliding_box() {
+    let (friction, [back, stop]) = (0.3, [0.05, 0.08]);
+    let (world, states) = tray_and_box(friction);
+    let at = |x: f64| JointFrame::at(states[0].position + Vector3::x() * x);
+    let knots = vec![(0.0, at(0.0)), (back, at(0.02)), (stop, at(0.008))];
+    let a = friction * G;
+    let (reversed, rest) = (stop - back, 2.0 * back - stop);
+    let way = a * (0.5 * back * back + back * reversed - 0.5 * reversed * reversed)
+        + 0.5 * a * rest * rest;
+    let half_kicks = world.clone().with_integrator(Integrator::Leapfrog);
+    // A jump within a step has an error h v. It is where an interval begins with an accuracy.
+    let worlds = [
+        (world.clone(), 0.15 * H),
+        (half_kicks.clone(), 0.15 * H),
+        (half_kicks.clone().with_impacts(tumble_core::world::Impacts::Located), 0.15 * H),
+        (half_kicks.with_accuracy(Some(1e-5)).unwrap(), 1e-5),
+    ];
+    for (index, (world, error)) in worlds.into_iter().enumerate() {
+        let motion = Motion::native(&world);
+        let mut simulation = Simulation::new(world.clone(), states, motion).unwrap();
+        simulation.set_course(0, Course::Through(Knots::new(knots.clone()).unwrap())).unwrap();
+        let mut record = StepRecord::new();
+        for _ in 0..150 {
+            step(&mut simulation, &mut record);
+        }
+        let slid = record.next_states()[1].position[0] - states[1].position[0];
+        assert!((slid - way).abs() < error, "{index}: {slid} {way}");
+    }
+}
+
 /// Checks a box on a conveyor. It accelerates with μ g until it has the speed of the belt, after
 /// v/(μ g). The belt may be fixed, the surface of a body, or tracks of the box itself.
 #[test]

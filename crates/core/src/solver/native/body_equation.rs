@@ -266,6 +266,13 @@ impl BodyEquation {
         0.5 * (along + torque_impulse.dot(&(old.spin + velocity.spin)))
     }
 
+    /// Kinetic energy over the mass of the change of the velocities since step k (m²/s²).
+    pub(super) fn energy_of_change(&self, velocity: &Velocity) -> f64 {
+        let spin = velocity.spin - self.old.spin;
+        let linear = (velocity.linear - self.old.linear).norm_squared();
+        0.5 * (linear + spin.dot(&(self.inertia * spin)))
+    }
+
     /// Velocities at step k.
     pub(super) fn old(&self) -> &Velocity {
         &self.old

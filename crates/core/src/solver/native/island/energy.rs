@@ -70,18 +70,24 @@ impl Island {
                         _ => on(&u),
                     }
                 }
-                Source::Course => self.mean_rate(link, index, velocity).dot(impulse),
+                Source::Course => {
+                    // (J6b), and the part of the body once.
+                    let (member, new) = (&self.members[link.a], &velocity[link.a]);
+                    let work = self.rate(link, index, new).dot(impulse);
+                    let whole = if link.pushes() { 1.0 / member.share } else { 0.0 };
+                    let [before, after] =
+                        [member.old(), new].map(|velocity| member.work_from_outside(velocity));
+                    work + whole * (after - before - member.energy_of_change(new))
+                }
             };
         }
         gained -= gained.min(self.bent * kinetic).max(0.0);
         if gained > LARGE_GAIN * kinetic + least { gained / (kinetic + least) } else { 0.0 }
     }
 
-    /// Velocity of A's point at a coupling to the world, mean of before and after (m/s).
-    fn mean_rate(&self, link: &CouplingLink, index: usize, velocity: &[Velocity]) -> Vector3<f64> {
-        let (old, new) = (self.members[link.a].old(), &velocity[link.a]);
-        let turned = self.setting.couplings[index].lever.torque_map.tr_mul(&(old.spin + new.spin));
-        let moved = if link.pushes() { old.linear + new.linear } else { Vector3::zeros() };
-        0.5 * (moved + turned)
+    /// Velocity of A's point at a coupling to the world, at the velocity `new` of A (m/s).
+    fn rate(&self, link: &CouplingLink, index: usize, new: &Velocity) -> Vector3<f64> {
+        let turned = self.setting.couplings[index].lever.torque_map.tr_mul(&new.spin);
+        if link.pushes() { new.linear + turned } else { turned }
     }
 }
