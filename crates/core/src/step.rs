@@ -35,6 +35,11 @@ pub struct Step<'a> {
 }
 
 impl Step<'_> {
+    /// Largest distance of a point of the body `index` from the origin at the start (m).
+    pub(crate) fn distance(&self, index: usize) -> f64 {
+        self.states[index].position.norm() + self.world.bodies()[index].reach()
+    }
+
     /// Checks the step and its candidates `contacts` against the world, so that solvers can index
     /// without further checks.
     ///

@@ -18,7 +18,7 @@ impl StepJudge {
             rounding::gap(&contact.normal(), position, offset, &contact.arm)
         });
         let of_gap = of_gaps.fold(0.0, f64::max);
-        (lost + 2.0 * of_gap / self.world.time_step()).min(rounding::LARGEST)
+        (lost + 2.0 * of_gap / self.world.time_step()).min(rounding::largest(&self.world))
     }
 
     /// Rounding error of a residual with large forces, m/s. A force has an error of 16 ε of itself.

@@ -190,7 +190,8 @@ impl StepJudge {
         };
         let residual = if wrong.is_none() { certificate.residual() } else { f64::NAN };
         let of_forces = rounding::forces(&self.world, &claim, loads.iter().copied());
-        let lost = (self.lost(contacts, states, next) + of_forces).min(rounding::LARGEST);
+        let lost =
+            (self.lost(contacts, states, next) + of_forces).min(rounding::largest(&self.world));
         let makes_energy = self.makes_energy(&judged);
         let status = self.another_status(&judged, lost, makes_energy);
         let (differs, overlap) = self.compare(&judged, &certificate, lost);

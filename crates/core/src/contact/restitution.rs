@@ -104,8 +104,8 @@ impl Contact {
     }
 
     /// Work of the impulse `force` × h of the contact on the mean of the velocities before and
-    /// after the step `states` → `next` of `world` (eq. 31) (J). NaN if a list has no state of one
-    /// of the bodies.
+    /// after the step `states` → `next` of `world`, relative to moving surfaces (eq. 31) (J). NaN if a list has no
+    /// state of one of the bodies.
     pub fn impact_work(
         &self,
         world: &World,
@@ -115,7 +115,11 @@ impl Contact {
     ) -> f64 {
         let (before, after) =
             (self.arriving_velocity(world, states), self.departing_velocity(world, states, next));
-        0.5 * world.time_step() * force.dot(&(before + after))
+        let mut velocity = 0.5 * (before + after);
+        if world.has_surfaces() {
+            velocity += self.carried(world, states);
+        }
+        world.time_step() * force.dot(&velocity)
     }
 
     /// Work of the `moment` (N m, world) × h of the contact on the mean of the angular velocities before and

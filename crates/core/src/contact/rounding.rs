@@ -15,10 +15,11 @@
 //! The residual of an exact step is thus
 //!
 //! ```text
-//! δu ≤ min(16 ε (L/h + V + h ‖I⁻¹‖ ‖I‖ |ω|² ℓ), 10⁻⁷ m/s)                (eq. 22)
+//! δu ≤ min(16 ε (L/h + V + h ‖I⁻¹‖ ‖I‖ |ω|² ℓ), 10⁻⁷ m/s h_s/h)            (eq. 22)
 //! ```
 //!
-//! with L the largest coordinate plus the reach ℓ, and V the largest speed. Forces between heavy bodies that act
+//! with L the largest distance from the origin plus the reach ℓ, V the largest speed, and the length h_s of the
+//! whole step of an interval. Forces between heavy bodies that act
 //! through a light one add the rounding of their sum. A force has a relative error of 4ε from its conversions
 //! between impulse and force, so that the sums over all forces of a body, and their torques τ, add
 //!
@@ -28,7 +29,8 @@
 //!
 //! The cap holds for the sum of both. It limits the
 //! tolerance for scenes that are far from the origin and for very short steps. Doubles cannot
-//! resolve a scene beyond it, and its steps count as not converged.
+//! resolve a scene beyond it, and its steps count as not converged. In a short interval of a step, it is the same
+//! error of position.
 
 use super::ContactLoad;
 use super::certificate::Claim;
@@ -43,7 +45,7 @@ const ROUNDINGS: f64 = 16.0;
 /// Number of roundings of a force.
 pub(crate) const FORCE_ROUNDINGS: f64 = 4.0;
 
-/// Upper limit of the rounding tolerance of a residual (m/s).
+/// Upper limit of the rounding tolerance of a residual of a whole step (m/s).
 pub const LARGEST: f64 = 1e-7;
 
 /// Rounding error of a gap (eq. 21) (m). The plane has the `normal` and the `offset`. The point is
@@ -54,6 +56,11 @@ pub fn gap(normal: &Vector3<f64>, position: &Vector3<f64>, offset: f64, arm: &Ve
     ROUNDINGS * f64::EPSILON * (position + offset.abs() + normal.dot(arm).abs())
 }
 
+/// Upper limit of the rounding tolerance of a residual in an interval of `world` (m/s).
+pub fn largest(world: &World) -> f64 {
+    LARGEST * (world.whole_step() / world.time_step()).max(1.0)
+}
+
 /// Bound on the residual of an exact step from `states` to `next` by rounding alone (eq. 22) (m/s).
 pub fn residual(world: &World, states: &[State], next: &[State]) -> f64 {
     let h = world.time_step();
@@ -61,7 +68,7 @@ pub fn residual(world: &World, states: &[State], next: &[State]) -> f64 {
     let mut speed = 0.0_f64;
     for ((body, state), next) in world.bodies().iter().zip(states).zip(next) {
         let reach = body.reach();
-        length = length.max(state.position.amax().max(next.position.amax()) + reach);
+        length = length.max(state.position.norm().max(next.position.norm()) + reach);
         let slender = body.inertia_inverse().norm() * body.inertia().norm();
         let turning = h * slender * next.spin.norm_squared() * reach;
         speed = speed.max(next.velocity.amax() + next.spin.amax() * reach + turning);
@@ -69,7 +76,8 @@ pub fn residual(world: &World, states: &[State], next: &[State]) -> f64 {
     let length = length + world.ground().map_or(0.0, |ground| ground.offset().abs());
     let lost = ROUNDINGS * f64::EPSILON * (length / h + speed);
     // This order caps a NaN as well.
-    if lost < LARGEST { lost } else { LARGEST }
+    let largest = largest(world);
+    if lost < largest { lost } else { largest }
 }
 
 /// Rounding error of a residual by the forces of the step `claim` with these `loads` of its contacts (eq. 22a)

@@ -287,7 +287,7 @@ fn contact_step(
     let of_forces = || rounding::forces(world, &claim, solution.loads());
     let within = residual <= accepted
         || residual <= of_speeds()
-        || residual <= (of_speeds() + of_forces()).min(rounding::LARGEST);
+        || residual <= (of_speeds() + of_forces()).min(rounding::largest(world));
     let solved = !matches!(report.status, StepStatus::Free | StepStatus::Failed);
     if !within {
         report.status = StepStatus::Failed;

@@ -411,13 +411,15 @@ fn missed_contact_depth(
         Some(ground) => (*ground.normal(), ground.normal() * world.reach(), ground.offset()),
         None => (Vector3::repeat(1.0), Vector3::x() * world.reach(), 0.0),
     };
-    let (mut rounding, mut speed) = (0.0_f64, 0.0_f64);
-    for ((body, next), free) in world.bodies().iter().zip(next).zip(step.free) {
+    let (mut rounding, mut speed, mut length) = (0.0_f64, 0.0_f64, 0.0_f64);
+    for (index, ((body, next), free)) in world.bodies().iter().zip(next).zip(step.free).enumerate()
+    {
         let lost = rounding::gap(&normal, &next.position, offset, &arm);
         rounding = rounding.max(lost);
         speed = speed.max(free.velocity.norm() + free.spin.norm() * body.reach());
+        length = length.max(step.distance(index));
     }
-    let tolerances = Tolerances::new(world, speed).tolerance_factor(tolerance_factor);
+    let tolerances = Tolerances::new(world, speed, length).tolerance_factor(tolerance_factor);
     let missed = if is_preliminary { tolerances.missed_by_preliminary } else { tolerances.missed };
     rounding.max(missed * world.time_step())
 }

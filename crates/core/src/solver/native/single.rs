@@ -28,7 +28,7 @@ pub(super) struct Single {
 impl Single {
     /// Empty equations for steps of a body.
     pub(super) fn new(world: &World) -> Self {
-        let setting = StepSetting::new(Tolerances::new(world, 0.0));
+        let setting = StepSetting::new(Tolerances::new(world, 0.0, 0.0));
         Self { time_step: world.time_step(), body: BodyEquation::room(), setting }
     }
 
@@ -37,7 +37,8 @@ impl Single {
     pub(super) fn begin(&mut self, step: &Step<'_>, index: usize, unsettled: f64) {
         self.time_step = step.world.time_step();
         self.body = BodyEquation::new(step, index, step.world.bodies()[index].mass());
-        self.setting.begin(Tolerances::new(step.world, self.body.speed()), unsettled);
+        let tolerances = Tolerances::new(step.world, self.body.speed(), step.distance(index));
+        self.setting.begin(tolerances, unsettled);
     }
 
     /// Reserves memory for `contacts` contacts.

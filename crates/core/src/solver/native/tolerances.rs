@@ -3,7 +3,8 @@
 //! Residuals are speeds, with each contact in its own scale (eq. 18). The numbers apply to the
 //! tutorial's cube. In other worlds they are multiplied by the [speed
 //! scale](crate::world::World::speed_scale). A smaller copy of a scene is thus solved as the larger
-//! one. No tolerance is below the rounding of the step's own speeds.
+//! one. No tolerance is below the rounding of the step's own speeds, and none of a solution below that of its gaps
+//! over h (22), which is large in short intervals.
 
 use super::settings::PROXIMAL_ACCURACY;
 use crate::world::World;
@@ -22,6 +23,8 @@ const PRELIMINARY: f64 = 1e-3;
 const MISSED_BY_PRELIMINARY: f64 = 0.1 * PRELIMINARY;
 /// Tolerance of the law without compliance (m/s): the rounding of φ⁺/h.
 const EXACT: f64 = 1e-12;
+/// Residual of a stage that solved the step of one body (m/s).
+const SOLVED: f64 = 1e-10;
 /// Relative rounding of speeds: sixteen rounding errors.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
@@ -59,15 +62,16 @@ pub(super) struct Tolerances {
 }
 
 impl Tolerances {
-    /// Tolerances of a step of `world` whose bodies move at `speed` (m/s).
-    pub(super) fn new(world: &World, speed: f64) -> Self {
-        let scale = world.speed_scale().max(ROUNDING / EXACT * speed);
+    /// Tolerances of a step of `world` whose bodies move at `speed` (m/s), up to `length` (m) from the origin.
+    pub(super) fn new(world: &World, speed: f64, length: f64) -> Self {
+        let of_gaps = ROUNDING / SOLVED * length / world.time_step();
+        let scale = world.speed_scale().max(ROUNDING / EXACT * speed).max(of_gaps);
         let (rounding, exact) = (1e-14 * scale, EXACT * scale);
         Self {
             rounding,
             exact,
             newton: 1e-11 * scale,
-            solved: 1e-10 * scale,
+            solved: SOLVED * scale,
             preliminary: PRELIMINARY * scale,
             whole_steps: 1e-5 * scale,
             near: 1e-4 * scale,
@@ -90,8 +94,13 @@ impl Tolerances {
     ///
     /// With `repeats_exactly` the last impulses must repeat exactly. A joint force that is the same
     /// in every step could move all bodies at the same small speed.
-    pub(super) fn for_several(world: &World, speed: f64, repeats_exactly: bool) -> Self {
-        let of_one = Self::new(world, speed);
+    pub(super) fn for_several(
+        world: &World,
+        speed: f64,
+        length: f64,
+        repeats_exactly: bool,
+    ) -> Self {
+        let of_one = Self::new(world, speed, length);
         let scale = of_one.exact / EXACT;
         let (solved, exact) = (3e-10 * scale, of_one.exact);
         let (repeated, still) =

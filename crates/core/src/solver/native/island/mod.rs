@@ -132,7 +132,7 @@ impl Island {
             time_step: world.time_step(),
             mass: 1.0,
             members: Vec::new(),
-            setting: StepSetting::new(Tolerances::new(world, 0.0)),
+            setting: StepSetting::new(Tolerances::new(world, 0.0, 0.0)),
             links: Vec::new(),
             rounds: Vec::new(),
             ellipsoids: Vec::new(),
@@ -173,7 +173,8 @@ impl Island {
         let bent = indices.iter().map(|&body| step.world.bent_share(body, &step.states[body]));
         self.bent = bent.fold(0.0, f64::max);
         let repeats_exactly = indices.len() == 1 || !island.joints.is_empty();
-        let tolerances = Tolerances::for_several(step.world, self.speed(), repeats_exactly);
+        let length = indices.iter().map(|&index| step.distance(index)).fold(0.0, f64::max);
+        let tolerances = Tolerances::for_several(step.world, self.speed(), length, repeats_exactly);
         self.setting.begin(tolerances, island.unsettled);
     }
 
