@@ -281,7 +281,7 @@ fn a_changed_run_json_is_found() {
         }
         run(&["verify", directory.path().join("states.csv").to_str().unwrap()])
     };
-    let end = changed("\"largest_error_m\": ", "\"largest_error_m\": 1");
+    let end = changed("\"largest_residual_m_s\": ", "\"largest_residual_m_s\": 1");
     assert_eq!(end.code, Some(1), "{end:?}");
     let end = changed("\"stiffness\": 40.0", "\"stiffness\": 41.0");
     assert_eq!(end.code, Some(1), "{end:?}");
