@@ -6,6 +6,7 @@ mod balance;
 mod broken_scenes;
 mod changed_files;
 mod checkpoints;
+mod combined;
 mod commands;
 #[path = "../../../tests/common/mod.rs"]
 mod common;
