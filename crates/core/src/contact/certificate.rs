@@ -179,6 +179,7 @@ impl Certifier {
         let has_moments = world.has_turning_friction();
         self.begin(claim, &asked);
         let mut certificate = Certificate::default();
+        // Contact laws (18b) to (18e), with moments (45).
         for (contact, load) in claim.contacts.iter().zip(loads) {
             let load: ContactLoad = load.into();
             let ContactLoad { force, moment } = load;
@@ -186,10 +187,12 @@ impl Certifier {
                 continue;
             }
             self.add_force(contact, &force);
+            // Motion u of the touching point: slip, and gap over h or rebound (29).
             let a = &self.poses[contact.key.body];
             let b = contact.key.partner.body().map(|index| &self.poses[index]);
             let u = contact.motion([&a.0, &a.1], b.map(|b| [&b.0, &b.1]), &map);
             let u = contact.law_motion(u, world, claim.states, claim.next);
+            // Impulse per unit mass of A, the unit of the response. A friction axis scales both (46).
             let mut p = force * (h / world.bodies()[contact.key.body].mass());
             let mut w = u;
             if let Some(tensor) = contact.friction_tensor(world, claim.states) {
@@ -203,9 +206,11 @@ impl Certifier {
                 let missed = self.add_moment(world, contact, &load);
                 certificate.friction_law = largest(certificate.friction_law, missed);
             }
+            // (18b): the speed −u_n of the penetration.
             let through = -contact.normal().dot(&u);
             certificate.penetration = largest(certificate.penetration, through);
         }
+        // Joints (J7).
         self.joint_motions.clear();
         for (joint, force) in world.joints().iter().zip(claim.joints) {
             let joint_motion = joint.step_motion(claim.states, claim.next, force, &map);
@@ -218,6 +223,7 @@ impl Certifier {
             certificate.joint = largest(certificate.joint, locked);
             certificate.joint_law = largest(certificate.joint_law, drive);
         }
+        // Gears (J15). A drive of a sum has the law of an axis.
         for (gear, force) in world.gears().iter().zip(claim.gears) {
             let joints = world.joints();
             for (joint, load) in gear.loads(*force, claim.joints) {
@@ -230,6 +236,7 @@ impl Certifier {
             };
             *part = largest(*part, missed);
         }
+        // (18a) under all loads. A held body keeps its state. Points without a contact count in (18b).
         for (index, (body, poses)) in world.bodies().iter().zip(&self.poses).enumerate() {
             if !asked(index) {
                 continue;

@@ -47,6 +47,7 @@ impl ContactBuilder<'_> {
             feature: touch.feature,
             plane,
         };
+        // Two round features have an exact gap (4a).
         if let Feature::Round(..) = touch.feature
             && plane == 0
             && let Some(contact) = self.round_contact(touch, features)
@@ -56,6 +57,7 @@ impl ContactBuilder<'_> {
         match (of_point.owner, of_plane.owner) {
             (PieceOwner::Body(body), owner) => {
                 let mut features = features;
+                // All coplanar triangles of a terrain are one plane.
                 let mut plane = (touch.normal, touch.offset);
                 if is_triangle(self.world, of_plane) {
                     plane = self.plane_of_patch(touch, &mut features).unwrap_or(plane);
@@ -73,6 +75,7 @@ impl ContactBuilder<'_> {
                     plane.1,
                 );
                 let piece = &self.world.bodies()[body].pieces()[of_point.piece];
+                // Ellipsoids and discs touch where they are lowest (4c).
                 if let Some(one) = ellipsoid(piece, touch.feature) {
                     self.roll(&mut features, one, (body, owner));
                 }

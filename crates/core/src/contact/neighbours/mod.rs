@@ -152,6 +152,7 @@ impl Neighbours {
                 continue;
             }
             let first = moved.len();
+            // A terrain has many triangles near a piece. A bound on the clearance excludes most of them.
             let is_triangle = is_triangle(world, b);
             if is_triangle {
                 if piece != pair.colliders[0] {
@@ -205,6 +206,7 @@ impl Neighbours {
         }
         // Pairs may have been added or removed.
         let is_whole = pairs.iter().map(|pair| pair.kept.len()).sum::<usize>() == kept.len();
+        // Contacts are in the order of their pairs. If counts are unchanged, they are replaced in place.
         if is_whole && moved_pairs.iter().all(|(pair, of)| pairs[*pair].kept.len() == of.len()) {
             for (pair, of) in &*moved_pairs {
                 kept[pairs[*pair].kept.clone()].copy_from_slice(&moved[of.clone()]);
@@ -223,6 +225,7 @@ impl Neighbours {
                 pair.kept = first..kept.len();
             }
         }
+        // Contacts that the last step added stay while their bodies do.
         contacts.extend_from_slice(kept);
         joined.retain(|contact| contact.key.bodies().map(PieceOwner::Body).all(still));
         contacts.extend_from_slice(joined);
@@ -323,6 +326,7 @@ impl Neighbours {
             with_hidden: false,
             missed: None,
         };
+        // Pairs that touch now get their contacts at once. The others are collected with their times.
         collisions.clear();
         let is_from_start = colliders.has_terrains() && *look.start == memory.start[..];
         for (index, pair) in pairs.iter_mut().enumerate() {
@@ -352,6 +356,7 @@ impl Neighbours {
                 meet(met, owners, collision.share);
             }
         }
+        // A pair that the solution leaves overlapping may have hidden points only.
         if reached == Reached::Solved && contacts.len() == known {
             for collision in collisions {
                 let mut pair = pairs[collision.pair].looked(colliders);
@@ -443,6 +448,7 @@ impl Neighbours {
                 pair.gap = distance_lower_bound(pieces.0, pieces.1, &pair.hint);
                 pair.is_bound = true;
             }
+            // The exact depth is computed only where the bound leaves it open.
             if pair.is_bound && pair.gap < 0.0 {
                 let hint = &mut pair.hint;
                 pair.gap = manifold(pieces.0, pieces.1, 0.0, PieceSide::A, hint, scratch, touches);
