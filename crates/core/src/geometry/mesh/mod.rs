@@ -99,6 +99,7 @@ impl Mesh {
             }
             sides.extend([(a, b, facet), (b, c, facet), (c, a, facet)]);
         }
+        // Equal directed edges are neighbours after sorting.
         sides.sort_unstable();
         let place = |vertex: usize| {
             let p = self.vertices[vertex];
@@ -115,6 +116,7 @@ impl Mesh {
                 )));
             }
         }
+        // Each directed edge needs its opposite.
         for &(a, b, facet) in &sides {
             if sides.binary_search_by_key(&(b, a), |side| (side.0, side.1)).is_err() {
                 return Err(refused(format!(
