@@ -31,6 +31,7 @@ pub(crate) fn nearest_untracked(
             }
         }
     }
+    // Without other bodies and fixed pieces only the ground counts.
     if states.len() == 1 && world.fixed_count() == 0 {
         return nearest;
     }
@@ -53,6 +54,7 @@ pub(crate) fn nearest_untracked(
         .chain(fixed.map(|(index, fixed)| (Partner::Fixed(index), 0, &fixed.piece)))
         .map(|(of, number, piece)| (placed(of, number, piece), piece))
         .collect();
+    // Pieces of bodies come first, so that the loops end at the first fixed one.
     let (mut hint, mut scratch) = (Hint::default(), PairScratch::default());
     let first = world.fixed().len();
     for (index, terrain) in world.terrains().iter().enumerate() {
