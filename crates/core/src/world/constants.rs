@@ -299,6 +299,7 @@ impl World {
         let of = |constant: Constant| {
             given.iter().rev().find(|(known, _)| *known == constant).map(|(_, numbers)| *numbers)
         };
+        // Constants of the whole world
         let mut parameters = self.parameters().clone();
         if let Some(friction) = of(Constant::Friction) {
             let all = self.pair_frictions().is_empty() || of(Constant::PairFriction).is_some();
@@ -319,6 +320,7 @@ impl World {
             let moved = Plane::new(*ground.normal(), ground.offset() + way[0])?;
             parameters.ground = Some(moved);
         }
+        // Constants of bodies, laws and joints
         self.set_bodies(of, &mut parameters)?;
         let mut world = self.with_parameters(parameters)?;
         world.set_laws(of)?;

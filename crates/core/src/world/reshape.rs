@@ -106,6 +106,7 @@ impl Form {
         let (mass, inertia) = (body.mass(), *body.inertia());
         let one = |piece: Piece| RigidBody::from_pieces(mass, inertia, vec![piece]);
         let mut new = match *self {
+            // Corners of a rounded box: the outer size scales, and the core is what the radius leaves.
             Self::Corners { extents, radius } => {
                 let least = size * extents.min();
                 let new_radius = new_radius.unwrap_or(radius);
@@ -121,6 +122,7 @@ impl Form {
                     RigidBody::new(mass, inertia, &corners)?
                 }
             }
+            // Ball or capsule: the length of the core is what the new radius leaves.
             Self::Round { half, radius } => {
                 let new_radius = new_radius.unwrap_or(size * radius);
                 let most = size * (half + radius);
