@@ -64,6 +64,7 @@ impl SparseMatrix {
             }
         }
         merged.retain(|entry| entry.2 != 0.0);
+        // First entry of each column, by cumulative counts.
         let mut starts = vec![0; columns + 1];
         for &(_, column, _) in &merged {
             starts[column + 1] += 1;

@@ -115,6 +115,7 @@ impl Query<'_> {
     ) -> Result<Vec<Nearby>, Error> {
         check(pose)?;
         let within = in_range("distance (m)", within, 0.0, 1e6, "0 to 1e6")?;
+        // Box around the piece, with the rounding of its coordinates.
         let around = Aabb::from_piece(piece, pose);
         let reach = around.low.amax().max(around.high.amax());
         let margin = 16.0 * f64::EPSILON * (self.tree.reach() + reach);
@@ -143,6 +144,7 @@ impl Query<'_> {
                 found.extend(distance.map(|distance| Nearby { owner, distance }));
             }
         }
+        // The searches use a margin; the distance decides.
         found.retain(|near| near.distance <= within);
         found
             .sort_unstable_by(|a, b| a.owner.cmp(&b.owner).then(a.distance.total_cmp(&b.distance)));
@@ -166,6 +168,7 @@ impl Query<'_> {
     ) -> Result<Vec<PairDistance>, Error> {
         let within = in_range("distance (m)", within, 0.0, 1e6, "0 to 1e6")?;
         let of_bodies = |index: &usize| self.owner(*index).body().is_some();
+        // Colliders of bodies come first. Fixed ones need no test against each other.
         let moving = (0..self.colliders.len()).take_while(of_bodies).count();
         let grown = |around: &Aabb| around.grown(within / 2.0 + 16.0 * f64::EPSILON * within);
         let boxes: Vec<_> = self.boxes.iter().map(grown).collect();
@@ -200,6 +203,7 @@ impl Query<'_> {
                 }
             }
         }
+        // Least distance of each pair of owners.
         found.retain(|pair| pair.distance <= within);
         let pair = |pair: &PairDistance| (pair.body, pair.partner);
         found
