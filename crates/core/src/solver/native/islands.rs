@@ -234,6 +234,7 @@ impl IslandPartition {
         let last = step.previous;
         for (island, changed) in changed.iter_mut().enumerate().filter(|(_, changed)| **changed) {
             let (bodies, held) = (bodies.get(island), held.get(island));
+            // An island stays if all its bodies rest and all its contacts were there.
             let stays = known == 0
                 && bodies.iter().all(|&body| rests.get(body) == Some(&true))
                 && held.iter().all(|&place| {
@@ -245,6 +246,7 @@ impl IslandPartition {
                 }
                 continue;
             }
+            // States, forces and moments of the last step
             *changed = false;
             bodies.iter().for_each(|&body| solution.states[body] = step.states[body]);
             for &place in held {
@@ -318,6 +320,7 @@ impl IslandPartition {
                 self.islands[body] = self.islands[first];
             }
         }
+        // Lists of each island
         self.bodies.sort(islands, self.islands.iter().copied());
         let of = contacts.iter().map(|contact| self.islands[contact.key.body]);
         self.contacts.sort(islands, of);
@@ -395,6 +398,7 @@ impl IslandPartition {
             *apart = apart.max((contact.force - before).amax());
             *largest = largest.max(contact.force.amax());
         }
+        // Joints and gears count like contacts.
         let joints = step.world.joints().iter().zip(&step.previous.joints);
         for (index, (joint, now)) in joints.enumerate() {
             let island = self.islands.get(joint.body());

@@ -230,6 +230,7 @@ impl NativeSolver {
             solution.moments.resize(contacts.len(), Vector3::zeros());
         }
         let Self { islands, rests, .. } = self;
+        // Islands at rest keep their solution.
         islands.keep(step, StepContacts { contacts, known }, rests, solution);
         self.parts.assign(&self.islands, step.states.len());
         let accepted = self.accepted;
@@ -275,6 +276,7 @@ impl NativeSolver {
         if solution.contacts.is_empty() && self.admit_foreseen(step, candidates) {
             self.find_islands(step, candidates.contacts(), marked, solution);
         }
+        // Islands with new contacts are solved until there are no further ones.
         loop {
             let more = self.solve_islands(step, candidates.contacts(), is_preliminary, solution)?;
             iterations = iterations.saturating_add(more);
@@ -296,6 +298,7 @@ impl NativeSolver {
                 break;
             }
         }
+        // The step is as good as its worst island.
         let solved = self.ends.iter().all(|end| end.solved);
         let status = match (solved, self.ends.iter().any(|end| end.retried)) {
             (true, false) => StepStatus::Converged,

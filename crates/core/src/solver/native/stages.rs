@@ -244,10 +244,12 @@ impl<E: Equations> StageSolver<E> {
             let end = self.run(equations, run.stage, previous, effort);
             let rank = self.rank(equations, end.residual);
             let selected = end.selected && run.selects();
+            // A sound solution ends the search. Others are ranked.
             let is_sound = !rank.unsolved && !rank.turns_too_far && rank.gain == 0.0;
             if is_sound && (end.selected || settings.takes_any) {
                 return StageOutcome { solved: true, run, selected, retried: best.is_some() };
             }
+            // Stages that end with one gain have one solution. After a few of them it is taken.
             let gains_as = |best: &Rank| (rank.gain - best.gain).abs() <= SAME_GAIN * rank.gain;
             let is_same = rank.gain > 0.0 && best.is_some_and(|(best, ..)| gains_as(&best));
             same_solutions += u32::from(is_same);

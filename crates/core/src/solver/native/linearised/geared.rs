@@ -152,11 +152,13 @@ impl LinearGear {
                 Along { motion, impulse }
             })
         };
+        // A rigid row counts the coordinates at k once more, by 1/h.
         let to_sum = local_solution(&AxisChange { coordinate: 1.0, ..AxisChange::default() });
         let counted = if law.is_some() { 0.0 } else { 1.0 / h };
         let mut by_time_step =
             local_solution(&AxisChange { time_step: 1.0, ..AxisChange::default() });
         by_time_step.motion -= row.offset / h;
+        // Columns of one coordinate: those of its joint's row, times its factor in the sum
         let mut of_part = |(_, k, factor): (usize, usize, f64), tied: &TiedRows| {
             let of = &tied.of;
             let whole = tied.length * counted;
@@ -172,6 +174,7 @@ impl LinearGear {
         };
         let [a, b] = [of_part(row.parts[0], first), of_part(row.parts[1], second)];
         let (by_pose, by_anchors) = ([a.0, b.0], [a.1, b.1]);
+        // By the ratio and the offset (G15), or of a sum (G17)
         let (coupling, k, _) = row.parts[1];
         let turned = second.frame.column(k) * (-row.length / second.length * impulse);
         let went = if law.is_some() { end - q2 } else { end };

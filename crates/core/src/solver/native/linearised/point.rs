@@ -323,9 +323,11 @@ impl LinearPoint {
             self;
         let pieces = newton.pieces();
         let limit = if is_limit { compliance } else { 0.0 };
+        // States at the end of the point's step
         for (&body, velocity) in view.bodies.iter().zip(&iterate.velocity) {
             next[body] = next_state(step, body, velocity);
         }
+        // Contacts
         couplings.clear();
         for (index, gain) in &*gains {
             let Some(place) = view.contacts.get(*index) else { continue };
@@ -342,6 +344,7 @@ impl LinearPoint {
             let place = ContactPlace { contact, placed, index: *index, predicted };
             couplings.push(LinearCoupling::new(step, &place, next, on, limit));
         }
+        // Moments, each after its contact
         moments.clear();
         for (place, length) in island.moments_with_lengths() {
             let index = place.moment;
@@ -366,6 +369,7 @@ impl LinearPoint {
             gears.clear();
             return;
         }
+        // Joints and gears
         let Iterate { velocity, impulses, .. } = &*iterate;
         let solved = SolvedRows { pieces, impulses, points: iterate.points(), compliance, limit };
         let of_body = |body: usize| {

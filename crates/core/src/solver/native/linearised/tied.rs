@@ -302,6 +302,7 @@ pub(super) fn linearise(
             tangents.push(TiedRows { coupling, joint, angles, bodies, length, frame, of });
         }
     }
+    // Rows of gears are sums of the rows of their joints.
     for row in island.gear_rows() {
         let impulse = solved.impulses[row.coupling][0];
         let law = |sum: f64| {
@@ -355,6 +356,7 @@ impl LinearRows {
                 by_time_step.motion[k] += longer * motion;
                 by_time_step.impulse += frame.column(k) * (longer * impulse);
             };
+            // δu₀ or δv and δs of (G10), by the coordinate, by the step itself, and by h
             let by_coordinate = law.local_solution(&AxisChange { coordinate: 1.0, ..unit });
             add(by_coordinate, of.coordinates.row(k).into(), 0.0);
             add((1.0, 0.0), RowSVector::zeros(), of.by_time_step[k]);
@@ -363,6 +365,7 @@ impl LinearRows {
                 RowSVector::zeros(),
                 1.0,
             );
+            // By the anchors (G12)
             if let (Some(of), Some(slopes)) = (&of.anchors, &mut by_anchors) {
                 for (unit, by) in [
                     (AxisChange { coordinate: 1.0, ..unit }, of.coordinates.row(k)),
@@ -374,6 +377,7 @@ impl LinearRows {
                     slopes.impulse += frame.column(k) * (by * impulse);
                 }
             }
+            // By the rates of the axis at k
             if let (Some(rates), Some(slopes)) = (&of.rates, &mut by_velocity) {
                 let (motion, impulse) = law.local_solution(&AxisChange { rate: 1.0, ..unit });
                 add((motion, impulse), rates.by_poses.row(k).into(), rates.by_time_step[k]);

@@ -123,6 +123,7 @@ impl<E: Equations> Newton<E> {
                 return false;
             }
             let (before, were_kept) = (merit.largest, self.kept.are_good);
+            // Near a solution: full steps, a few of which may increase the residual.
             if merit.largest <= tolerances.whole_steps && whole_steps > 0 {
                 self.try_step(equations, iterate, 1.0);
                 let trial = evaluate(equations, map, &mut self.trial);
@@ -259,6 +260,7 @@ impl<E: Equations> Newton<E> {
                 matrix,
             )
         };
+        // Retained factors: same pieces and compliance. Only d of (N5) changes.
         if kept.are_good && kept.compliance == matrix && kept.pieces == *pieces {
             let couplings = equations.couplings().iter().zip(&mut *eliminations);
             for (index, (coupling, elimination)) in couplings.enumerate() {
@@ -271,6 +273,7 @@ impl<E: Equations> Newton<E> {
             }
             return equations.direction(scratch, eliminations, system, step);
         }
+        // d and D of (N5), then the matrix (N12)
         kept.are_good = false;
         if equations.settings().keeps_factors {
             kept.pieces.clone_from(pieces);

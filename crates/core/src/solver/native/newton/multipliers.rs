@@ -88,6 +88,7 @@ impl<E: Equations> Newton<E> {
             let Some(before) = equations.slope_along(&iterate.scratch, &self.step) else {
                 return false;
             };
+            // Bisection for the length at which the slope of the convex function has fallen to half
             let (mut low, mut high, mut length) = (0.0, f64::INFINITY, 1.0);
             for _ in 0..MULTIPLIER_SEARCH {
                 let Self { trial, step, .. } = self;
