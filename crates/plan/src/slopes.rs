@@ -191,6 +191,7 @@ impl PlanProblem {
         let mut acting = Vec::new();
         let by_place = [Matrix3::zeros(); 2];
         for (index, control) in self.controls().iter().enumerate() {
+            // Motors act along axes that move with both bodies.
             if let ControlKind::Motor { axes } = &control.kind {
                 let (numbers, places) = self.numbers(index, self.knot(index, step), controls);
                 for (joint, axis) in axes {
@@ -198,6 +199,7 @@ impl PlanProblem {
                     acting.extend(motor(of, states, *axis, numbers[0], places[0]));
                 }
             }
+            // Other controls act on one body, with a lever that turns with it.
             let Some(body) = control.kind.body() else { continue };
             let Some((applied, numbers, places)) = self.applied(index, step, controls) else {
                 continue;
@@ -210,6 +212,7 @@ impl PlanProblem {
             let follows = vec![WrenchSlope { body, by_place, by_turn }];
             acting.push(Acting { body, by: by.collect(), follows });
         }
+        // Loads at a point of their body turn with it too.
         let h = self.scene.world.time_step();
         let index = self.scene.start_index + step as u64;
         let loads = self.scene.loads.iter().zip(states).enumerate();
@@ -364,6 +367,7 @@ fn motor(
         Acting { body, by, follows: Vec::new() }
     };
     let mut acting: Vec<Acting> = slopes.map(act).collect();
+    // Six changes of each body's pose
     let mut moved = states.to_vec();
     for body in [Some(joint.body()), joint.other()].into_iter().flatten() {
         let none = || WrenchSlope {

@@ -164,6 +164,7 @@ impl TargetKind {
                 let along = |q: &Vector4<f64>| axis.dot(&Vector3::new(q[1], q[2], q[3]));
                 let (s, c) = (along(&q), q[0]);
                 let norm = s * s + c * c;
+                // δ(2 atan2(s, c)) = 2 (c δs − s δc)/(s² + c²)
                 let by = |k: usize| {
                     let dq = change(k);
                     if norm > 0.0 { 2.0 * (c * along(&dq) - s * dq[0]) / norm } else { 0.0 }

@@ -127,6 +127,7 @@ impl ProblemFile {
         }
         let problem =
             PlanProblem::new(scene, steps, controls, targets, path_constraints).map_err(plain)?;
+        // Settings of the search, or their defaults
         let search = file.search;
         let start = match search.start.as_deref() {
             None | Some("zero") => SearchStart::Zero,
