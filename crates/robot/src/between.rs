@@ -73,6 +73,7 @@ fn between(
     let index = robot.links.len();
     let own = &robot.joints[joints.clone()];
     let next = &robot.joints[joints.end];
+    // The link has its centre at the anchor of a joint that turns, or of the next one.
     let hinge = own.iter().find(|joint| joint.moves != Moves::Slide);
     let position = hinge.unwrap_or(next).anchor;
     let name = format!("{}-between-{}", link.name, own[own.len() - 1].name);
@@ -87,6 +88,7 @@ fn between(
     if robot.notes.last() != Some(&sentence) {
         robot.notes.push(sentence);
     }
+    // A small ball makes the link visible.
     let gyration = (carried.inertia.trace() / 3.0 / carried.mass.max(f64::MIN_POSITIVE)).sqrt();
     robot.shapes.push(RobotShape {
         name: None,

@@ -212,6 +212,7 @@ impl<'a> ColladaReader<'a> {
         let inputs: Vec<_> = all(faces, "input").collect();
         let corner = inputs.iter().find(|input| input.attribute("semantic") == Some("VERTEX"));
         let (Some(corner), Some(list)) = (corner, below(faces, "p")) else { return Ok(()) };
+        // Corners of the faces: one index of `stride` numbers is that of the vertex.
         let stride = inputs.iter().map(|input| offset(*input)).max().unwrap_or(0) + 1;
         let points = self.positions(self.named(*corner, "vertices")?, place)?;
         let indices = numbers(list)?;
@@ -228,6 +229,7 @@ impl<'a> ColladaReader<'a> {
         let counts = counts.unwrap_or_else(|| vec![3.0; corners.len() / 3]);
         let mut facets: Vec<Facet> = Vec::new();
         let mut rest = &corners[..];
+        // Polygons become fans of triangles.
         for count in counts {
             let (face, after) = rest.split_at_checked(count as usize).unwrap_or((rest, &[]));
             rest = after;

@@ -311,11 +311,13 @@ impl MovingFrame {
                 let axis = turn * joint.axis;
                 self.step(&(axis * (q[0] - joint.reference)));
                 self.motion.velocity += axis * v[0];
+                // Coriolis acceleration 2 ω × v
                 self.pull += self.motion.spin.cross(&axis) * (2.0 * v[0]);
                 screws.push(Screw { axis: Vector3::zeros(), along: axis });
             }
             Moves::Hinge => {
                 let axis = turn * joint.axis;
+                // Rotation about the anchor: to it, turn, and back
                 self.step(&(turn * joint.anchor));
                 screws.push(Screw::about(axis, &self.motion.frame.position));
                 self.spin_up(&about(&joint.axis, q[0] - joint.reference), &(axis * v[0]));

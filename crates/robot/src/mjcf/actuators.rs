@@ -19,6 +19,7 @@ impl MjcfReader<'_> {
     ) -> Parsed<()> {
         for element in &section.children {
             let read = self.defaulted(element, "")?;
+            // Force gain u + b₀ + b₁ q + b₂ q̇
             let (gain, mut bias) = match &*element.tag {
                 "motor" => (1.0, [0.0; 3]),
                 "position" => position(&read)?,
@@ -47,6 +48,7 @@ impl MjcfReader<'_> {
                 _ => "",
             };
             read.refuse_others(&format!("{READ} {own}"), "lengthrange nsample interp")?;
+            // Joint, or joints of a tendon
             let (tendon, joints) = match read.get("tendon") {
                 Some(name) => {
                     let (place, joints) = tendons::find(tendons, element, "tendon", name)?;
@@ -79,6 +81,7 @@ impl MjcfReader<'_> {
                     joints.iter().map(|(joint, by)| moved[*joint] / (by * gear).powi(2)).sum();
                 bias[2] = -2.0 * ratio * (gain * mass).sqrt();
             }
+            // Range of the control, or that of the joint scaled by `inheritrange`
             let mut control_range = self.compiler.range(&read, "ctrlrange", "ctrllimited")?;
             let inherited = read.number("inheritrange")?.unwrap_or(0.0);
             if inherited > 0.0 && is_position && control_range.is_none() {

@@ -46,6 +46,7 @@ impl MjcfReader<'_> {
         let kinds = [("legacy", 0), ("exact", 1), ("convex", 2), ("shell", 3)];
         let usual = i32::from(self.compiler.exact_meshes);
         let inertia = read.word("inertia", &kinds)?.unwrap_or(usual);
+        // Vertices from a file or from the element. Without faces the mesh is their hull.
         let (name, found) = match (element.get("file"), element.numbers("vertex")?) {
             (Some(file), None) => {
                 let name = element.own("name").map_or_else(|| stem(file), str::to_owned);
@@ -71,6 +72,7 @@ impl MjcfReader<'_> {
                     .wrong("either file or vertex, with three numbers per vertex, is needed"));
             }
         };
+        // Volume from which mass and inertia follow, by the kind of `inertia`
         let counted = |hulled: Hulled| {
             let is_whole = hulled.outside == 0.0;
             let volume = match (inertia, hulled.volume) {

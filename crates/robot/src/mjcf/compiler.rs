@@ -164,6 +164,7 @@ impl Compiler {
                 Err(element.wrong(format!("{field}: the length of a vector is zero")))
             }
         };
+        // One of five forms
         if let Some(quaternion) = element.exactly::<4>("quat")? {
             let quaternion = Vector4::from(quaternion);
             return if quaternion.norm() > 1e-12 {
@@ -182,6 +183,7 @@ impl Compiler {
         if let Some([a, b, c, d, e, f]) = element.exactly::<6>("xyaxes")? {
             let x = unit(Vector3::new(a, b, c), "xyaxes")?;
             let y = Vector3::new(d, e, f);
+            // Gram and Schmidt: y becomes perpendicular to x.
             let y = unit(y - x * x.dot(&y), "xyaxes")?;
             let turn = Matrix3::from_columns(&[x, y, x.cross(&y)]);
             return Ok(Some(attitude_from_matrix(&turn)));

@@ -33,6 +33,7 @@ impl MjcfReader<'_> {
         element.refuse_others("name class geom1 geom2 condim friction", SOFT)?;
         let read = self.defaulted(element, "")?;
         self.note_soft(&read, SOFT);
+        // Shapes of the pair
         let find = |field: &str| {
             let name = element.needed(field)?;
             let found =

@@ -73,6 +73,7 @@ impl MjcfReader<'_> {
                 HeightGrid::from_rows(&rows)?.upside_down()
             }
         };
+        // Heights from 0 to the given one
         let HeightGrid { mut values, columns } = grid;
         let low = values.iter().copied().fold(f64::INFINITY, f64::min);
         let range = values.iter().copied().fold(f64::NEG_INFINITY, f64::max) - low;

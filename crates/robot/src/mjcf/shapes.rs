@@ -63,6 +63,7 @@ impl MjcfReader<'_> {
         )?;
         let usual = if read.get("mesh").is_some() { GeomKind::Mesh } else { GeomKind::Sphere };
         let kind = read.word("type", &KINDS)?.unwrap_or(usual);
+        // Shapes that touch nothing have a mass and a look.
         let groups = [group(&read, "contype")?, group(&read, "conaffinity")?];
         let touches = groups != [0, 0];
         if matches!(kind, GeomKind::Field | GeomKind::Distances) && !touches {
@@ -88,6 +89,7 @@ impl MjcfReader<'_> {
         }
         let (form, own, volume) = self.form(&read, kind)?;
         let placed = frame.then(&own);
+        // Sliding, torsional and rolling friction; the last two have MuJoCo's defaults.
         let friction = read.numbers("friction")?.unwrap_or_default();
         if friction.len() > 3 || friction.iter().any(|part| *part < 0.0) {
             return Err(element.wrong("friction: one to three numbers of 0 or more are needed"));
@@ -184,6 +186,7 @@ impl MjcfReader<'_> {
             }
             None => Err(element.wrong(format!("size: {} numbers are needed", index + 1))),
         };
+        // `fromto` has both ends, and `size` the radius only.
         if let Some((frame, half)) = ends(read)? {
             let radius = size(0)?;
             let form = match kind {

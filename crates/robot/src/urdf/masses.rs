@@ -73,6 +73,7 @@ impl UrdfReader<'_> {
                 self.robot.links[link].mass = shapes.times(density);
             }
         }
+        // Each moving link with all that is fixed to it
         let (mut dense, mut spread) = (0, 0);
         for (index, mass) in carried(&self.robot).into_iter().enumerate().skip(1) {
             let has_inertia = mass.inertia.symmetric_eigenvalues().min() > 0.0;
