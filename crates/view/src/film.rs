@@ -127,6 +127,7 @@ impl Film {
             let (name, colour) = (body.name().to_owned(), body.colour.map(|colour| colour.0));
             Ok(Object { name, label, colour, load, shapes: shapes? })
         });
+        // Fixed pieces, then terrains, in the order of their names
         let mut names = document.fixed_names();
         let pieces = world.fixed().iter().zip(names.by_ref()).map(|(fixed, name)| Object {
             name: name.to_owned(),
