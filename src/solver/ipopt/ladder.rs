@@ -168,6 +168,7 @@ impl Ladder {
         let free = units.state(&step.free[BODY]);
         *posed = PosedContacts::closed(program, step, contacts, near);
         let mut multipliers = StartMultipliers::Estimated;
+        // Initial point and multipliers of each rung
         match rung {
             Rung::Warm => {
                 let known = memory.multipliers(step.previous);
