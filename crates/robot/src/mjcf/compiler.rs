@@ -1,9 +1,10 @@
 //! `<compiler>`: units and conventions of a file.
 
 use super::defaults::Defaulted;
-use crate::frame::{LinkFrame, about, attitude_from_matrix, from_z, left_times};
+use crate::frame::{LinkFrame, about, attitude_from_matrix, from_z};
 use crate::xml::{Attributes, Element, Parsed};
 use nalgebra::{Matrix3, Vector3, Vector4};
+use tumble_core::mechanics::quaternion::product;
 
 /// State of a limit. `None` stands for `auto`.
 pub type Limited = Option<bool>;
@@ -206,9 +207,9 @@ impl Compiler {
             };
             let turn = about(&axis, self.angle(angle));
             attitude = if letter.is_ascii_lowercase() {
-                left_times(&attitude, &turn)
+                product(&attitude, &turn)
             } else {
-                left_times(&turn, &attitude)
+                product(&turn, &attitude)
             };
         }
         attitude.normalize()

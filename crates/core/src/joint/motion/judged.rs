@@ -97,9 +97,9 @@ impl Joint {
             let (Some(load), Some(state)) = (loads.get_mut(body), states.get(body)) else {
                 continue;
             };
-            let of = acting.on(state, sign);
-            load.force += of.force;
-            load.torque += of.torque;
+            let wrench = acting.on(state, sign);
+            load.force += wrench.force;
+            load.torque += wrench.torque;
         }
     }
 

@@ -4,8 +4,7 @@
 //! Equation numbers are those of `docs/gradients.md`.
 
 use super::{Turn, TurnKind, TurnPoint, right};
-use crate::joint::motion::vector_of;
-use crate::mechanics::quaternion::{attitude_map, left, product, turn_slope};
+use crate::mechanics::quaternion::{attitude_map, left, product, rotation_vector, turn_slope};
 use nalgebra::{Matrix3, Matrix4, Matrix4x3, RowVector3, Vector3, Vector4};
 
 /// Lower bound of the norm of a pair, so that derivatives stay finite.
@@ -231,7 +230,7 @@ impl Turn {
         // twice the component of Q* ⊗ δQ along A's axes.
         let driven = (self.turning == TurnKind::Driven).then(|| {
             let counted_from = right(&product(q, &e)) * conjugation();
-            (counted_from, turn_slope(&vector_of(q)) * back.fixed_rows::<3>(1) * 2.0)
+            (counted_from, turn_slope(&rotation_vector(q)) * back.fixed_rows::<3>(1) * 2.0)
         });
         let about = q[0] * q[0] + q[3] * q[3];
         // (G9) for the rotations of one body.
