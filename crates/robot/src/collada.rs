@@ -4,7 +4,7 @@
 //! A Collada scene is a tree of nodes with transforms, some of which show geometries. Lengths are
 //! in the unit of the file. The up axis is ignored, following ROS. Textures are ignored.
 
-use super::meshes::{Facet, Painted, colour_of};
+use super::painted::{Facet, Painted, colour_of};
 use super::xml::{Parsed, check_attributes};
 use nalgebra::{Matrix4, Rotation3, Unit, Vector3, Vector4};
 use roxmltree::{Document, Node, ParsingOptions};

@@ -3,12 +3,12 @@
 use super::BODY;
 use super::clamping::{Clamping, bounds};
 use super::memory::Multipliers;
-use super::posed::PosedContacts;
+use super::posed::{PosedContacts, gap};
 use super::rows::{BoundProgram, BoundRows};
 use super::units::ProgramUnits;
 use crate::ipopt::{self, Options, RawSolver, ReturnStatus};
 use crate::step_nlp::{DissipationFactor, ProgramPoint, SMOOTHING, StepNlp};
-use tumble_core::contact::Contact;
+use tumble_core::contact::{Candidates, Contact};
 use tumble_core::error::Error;
 use tumble_core::mechanics::State;
 use tumble_core::step::Step;
@@ -105,6 +105,18 @@ impl IpoptProgram {
     /// True if the program is used exactly as in the tutorial.
     pub(super) fn is_tutorials(&self) -> bool {
         self.clamping == Clamping::Tutorial
+    }
+
+    /// Contacts of the program in `step`. A contact counts as closed if free flight leaves a gap of
+    /// at most `near` (m).
+    pub(super) fn closed(
+        &self,
+        step: &Step<'_>,
+        candidates: &[Contact],
+        near: f64,
+    ) -> PosedContacts {
+        let (free, all) = (&step.free[BODY], self.is_tutorials());
+        PosedContacts::new(candidates, |_, contact| all || gap(contact, free) <= near)
     }
 
     /// Number of contact points.
@@ -220,4 +232,44 @@ impl IpoptProgram {
             multipliers: found.map(|point| Multipliers::new(posed.keys(candidates), point)),
         })
     }
+}
+
+/// Solves `step` with the contacts `posed` from `start`, and repeats with contacts that were
+/// missing. All solves share the limit in `effort`. On return `posed` holds the contacts of the
+/// last solve.
+pub(super) fn solve_posed(
+    program: &mut IpoptProgram,
+    step: &Step<'_>,
+    start: &ProgramPoint,
+    effort: IpoptEffort<'_>,
+    candidates: &mut Candidates,
+    posed: &mut PosedContacts,
+    end: &mut ProgramPoint,
+) -> Result<Attempted, Error> {
+    let IpoptEffort { limit, depth, .. } = effort;
+    // The tutorial's program has height rows of all points, so it is never skipped.
+    let mut attempted = if posed.indices().is_empty() && !program.is_tutorials() {
+        end.set_free(&program.units.state(&step.free[BODY]));
+        Attempted::free()
+    } else {
+        program.attempt(step, candidates.contacts(), posed, start, effort, end)?
+    };
+    while !program.is_tutorials() && attempted.converged && attempted.iterations < limit {
+        let next = program.next_state(step, end);
+        candidates.admit_missed(step.world, step.states, &[next], depth);
+        let contacts = candidates.contacts();
+        let wider = PosedContacts::new(contacts, |index, contact| {
+            posed.has(index) || gap(contact, &next) < -depth
+        });
+        if wider == *posed {
+            break;
+        }
+        *posed = wider;
+        let multipliers = StartMultipliers::Estimated;
+        let effort = IpoptEffort { multipliers, limit: limit - attempted.iterations, ..effort };
+        let before = attempted.iterations;
+        attempted = program.attempt(step, contacts, posed, start, effort, end)?;
+        attempted.iterations += before;
+    }
+    Ok(attempted)
 }

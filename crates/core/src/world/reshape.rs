@@ -1,9 +1,7 @@
 //! Changes of the size and the radius of bodies.
 
-use super::constants::radius;
 use crate::error::{Error, in_range};
-use crate::geometry::ContactPoint;
-use crate::geometry::Piece;
+use crate::geometry::{ContactPoint, Piece};
 use crate::mechanics::RigidBody;
 use nalgebra::Vector3;
 
@@ -155,4 +153,9 @@ pub fn extents(body: &RigidBody) -> Vector3<f64> {
     let points = body.contact_points().iter();
     let reach = |point: &ContactPoint| point.position.abs() + point.half_extents();
     points.fold(Vector3::zeros(), |most, point| most.sup(&reach(point)))
+}
+
+/// Largest radius of a body's points (m).
+pub(super) fn radius(body: &RigidBody) -> f64 {
+    body.contact_points().iter().map(|point| point.radius).fold(0.0, f64::max)
 }

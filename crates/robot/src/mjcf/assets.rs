@@ -2,7 +2,8 @@
 
 use super::MjcfReader;
 use super::compiler::Compiler;
-use crate::meshes::{self, Hulled, Volume, colour_of, stem, turned_back};
+use crate::meshes::{self, Hulled, Volume, stem, turned_back};
+use crate::painted::colour_of;
 use crate::xml::{Attributes, Element, Parsed};
 use nalgebra::Vector3;
 

@@ -100,7 +100,7 @@ pub(crate) struct ContactTangent {
     rebound: Option<ReboundRow>,
     /// Difference between the gap row and the rebound row (m/s), if the contact has both; the
     /// smaller row is active. A struck contact may have a rebound speed of zero.
-    between: f64,
+    pub(crate) between: f64,
     /// Surfaces, if one turns.
     turning: Option<Box<TurningSurfaces>>,
     /// Offset of the slip (eq. 38), if the contact has one.
@@ -218,11 +218,6 @@ impl ContactTangent {
             turning: TurningSurfaces::new(world, contact, states),
             offset: OffsetTangent::new(world, contact, placed, states, predicted),
         }
-    }
-
-    /// Distance to a switch between its two rows (m/s); ∞ if it has only one.
-    pub(crate) fn between_rows(&self) -> f64 {
-        self.between
     }
 
     /// Motion u of the contact law (m/s), world frame.

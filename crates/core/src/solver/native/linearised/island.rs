@@ -3,7 +3,8 @@
 //! Equation numbers refer to `docs/gradients.md`.
 
 use super::constants::{ConstantChanges, ConstantsBase, places, unit};
-use super::point::{IslandStep, LinearPoint, PointCompliance};
+use super::point::{IslandStep, LinearPoint};
+use super::refined::PointCompliance;
 use super::refined::{RefinedColumns, Rng};
 use super::tied::Slots;
 use super::{Smoothing, StepChange, StepGradient};
@@ -104,8 +105,7 @@ impl LinearIsland {
         smoothed: Option<Smoothing>,
     ) -> Result<bool, Error> {
         let IslandStep { step, contacts, view, .. } = at;
-        self.bodies.clear();
-        self.bodies.extend_from_slice(view.bodies);
+        view.bodies.clone_into(&mut self.bodies);
         self.island.begin(step, &IslandView { unsettled: 0.0, ..*view });
         self.island.admit_all(step, contacts, view);
         let rolls = !self.island.setting().all_isotropic;
@@ -315,7 +315,7 @@ impl LinearIsland {
                 let point = &self.points[0];
                 let pieces = point.iterate.margins(&self.island).skip(smooth);
                 let pressing = point.couplings.iter().filter(|coupling| coupling.presses());
-                let rows = pressing.map(|coupling| coupling.tangent.between_rows());
+                let rows = pressing.map(|coupling| coupling.tangent.between);
                 pieces.chain(rows).fold(f64::INFINITY, f64::min)
             }
         }

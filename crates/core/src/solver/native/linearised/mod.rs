@@ -177,8 +177,7 @@ impl StepDerivative {
     /// Takes the states with the velocities of the instant from which the next step starts. They determine the
     /// offsets of its slips (eq. 38). Without states, the offsets count as constants.
     pub fn set_instants(&mut self, instants: &[State]) {
-        self.starts.clear();
-        self.starts.extend_from_slice(instants);
+        instants.clone_into(&mut self.starts);
     }
 
     /// Difference between the differentiated step and the exact one. `None` for the exact step.

@@ -35,12 +35,20 @@
 //!
 //! Equation numbers refer to `docs/gradients.md`.
 
-use super::point::PointCompliance;
 use super::slopes::RowsChange;
 use crate::solver::native::equations::{Elimination, Equations};
 use crate::solver::native::island::{Island, IslandSlope, IslandSystem, StiffSide};
 use crate::solver::native::law::Factored;
 use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
+
+/// Compliance that a point is linearised with.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PointCompliance {
+    /// ε of the matrix and of the law evaluated last.
+    pub(super) compliance: f64,
+    /// True if the limit ε → 0 is taken at this point (G14). Compliance then acts on changes only.
+    pub(super) is_limit: bool,
+}
 
 /// Terms of the linear system at a point, kept separate for residuals.
 #[derive(Debug, Clone, Default)]
