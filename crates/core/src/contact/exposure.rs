@@ -36,7 +36,7 @@
 
 use super::collider::{Collider, PieceOwner, placed, size};
 use super::cones::{LEVEL, LocalSurface, is_in_cone, is_on_its_side, leaves_free, rise};
-use super::contact_builder::ellipsoid;
+use super::contact_builder::{ellipsoid, part_on};
 use super::partners::Partners;
 use crate::contact::Partner;
 use crate::geometry::{
@@ -403,20 +403,23 @@ impl Exposure<'_> {
         let centre = of_point.position + of_point.rotation * touch.point;
         let on_point = centre - normal * touch.point_radius;
         let on_plane = on_point - normal * touch.gap;
-        let of = |pose: &Pose, point: Vector3<f64>, normal: Vector3<f64>, side: PieceSide| {
-            SurfacePoint {
-                point: pose.rotation.tr_mul(&(point - pose.position)),
-                normal: pose.rotation.tr_mul(&normal),
-                part: part_on(touch.feature, side),
-            }
-        };
+        let surface_point =
+            |pose: &Pose, point: Vector3<f64>, normal: Vector3<f64>, side: PieceSide| {
+                SurfacePoint {
+                    point: pose.rotation.tr_mul(&(point - pose.position)),
+                    normal: pose.rotation.tr_mul(&normal),
+                    part: part_on(touch.feature, side),
+                }
+            };
         match touch.point_of {
-            PieceSide::A => {
-                [of(a, on_point, -normal, PieceSide::A), of(b, on_plane, normal, PieceSide::B)]
-            }
-            PieceSide::B => {
-                [of(a, on_plane, normal, PieceSide::A), of(b, on_point, -normal, PieceSide::B)]
-            }
+            PieceSide::A => [
+                surface_point(a, on_point, -normal, PieceSide::A),
+                surface_point(b, on_plane, normal, PieceSide::B),
+            ],
+            PieceSide::B => [
+                surface_point(a, on_plane, normal, PieceSide::A),
+                surface_point(b, on_point, -normal, PieceSide::B),
+            ],
         }
     }
 
@@ -649,20 +652,4 @@ fn on_edge(piece: &Piece, at: &SurfacePoint) -> Vector3<f64> {
     let Some(edge) = piece.core().edges().get(edge as usize) else { return at.point };
     let [from, to] = edge.vertices.map(|end| piece.core().vertices()[end as usize]);
     closest_on_segment(&at.point, &from, &(to - from)) + at.normal * piece.radius()
-}
-
-/// Vertex or edge of `feature` on one side.
-fn part_on(feature: Feature, side: PieceSide) -> Option<CorePart> {
-    match (feature, side) {
-        (Feature::Vertex(of, vertex), side) if of == side => Some(CorePart::Vertex(vertex)),
-        (Feature::Edges(edge, _), PieceSide::A) | (Feature::Edges(_, edge), PieceSide::B) => {
-            Some(CorePart::Edge(edge))
-        }
-        (Feature::Vertices(vertex, _), PieceSide::A)
-        | (Feature::Vertices(_, vertex), PieceSide::B) => Some(CorePart::Vertex(vertex)),
-        (Feature::Round(part, _), PieceSide::A) | (Feature::Round(_, part), PieceSide::B) => {
-            Some(part)
-        }
-        (Feature::Vertex(..) | Feature::Ellipsoid(..), _) => None,
-    }
 }

@@ -90,7 +90,6 @@ use nalgebra::{Matrix3, Vector3};
 /// A body and its pose at the start of a step.
 pub type PlacedBody<'a> = (&'a RigidBody, &'a Pose);
 
-/// Key, features and law of a contact.
 type PairDetection = (ContactKey, Features, ContactLaw);
 
 /// A point of body A against a plane of body B or of the ground, with the data of the configuration

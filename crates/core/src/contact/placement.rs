@@ -147,8 +147,7 @@ impl KnownErrors {
         // Contacts whose surroundings do not move are known in the next step.
         std::mem::swap(contacts, &mut next.0);
         std::mem::swap(errors, &mut next.1);
-        end.clear();
-        end.extend_from_slice(check.end);
+        check.end.clone_into(end);
         most
     }
 }
@@ -273,20 +272,20 @@ impl PlacementCheck<'_> {
         allowed: Allowance,
         scratch: &mut ExposureScratch,
     ) -> bool {
-        let of = Exposure {
+        let exposed = Exposure {
             world: self.world,
             partners: self.partners,
             colliders: colliders.map(|(_, collider)| collider),
             numbers: colliders.map(|(number, _)| number),
         };
-        let both = of.colliders.map(|collider| placed(self.world, poses, collider));
+        let both = exposed.colliders.map(|collider| placed(self.world, poses, collider));
         let [a, b] = both.map(|(_, pose)| pose);
         let b_pose = matches!(contact.key.partner, Partner::Body(_)).then_some(b);
         let (normal, on_a) = touching_point(contact, a, b);
         let points = [on_a, on_a - normal * contact.gap_at(a, b_pose)];
         let mut is_shown_at = |shift: Vector3<f64>| {
             let points = [(points[0] + shift, -normal), (points[1] + shift, normal)];
-            of.shows(points, poses, (&[self.start, self.end], allowed.angle), scratch)
+            exposed.shows(points, poses, (&[self.start, self.end], allowed.angle), scratch)
         };
         if is_shown_at(Vector3::zeros()) {
             return true;
@@ -297,7 +296,7 @@ impl PlacementCheck<'_> {
         }
         let along = libm::cos(allowed.angle + ACROSS);
         let is_other = |m: &Vector3<f64>| normal.dot(m).abs() < along;
-        let best = of.best_exposed_face(poses, &[self.start, self.end], is_other, scratch);
+        let best = exposed.best_exposed_face(poses, &[self.start, self.end], is_other, scratch);
         best.is_none_or(|best| best.height < -allowed.overlap)
     }
 

@@ -289,10 +289,8 @@ impl InstantMotions {
     /// Takes the states with the velocities of the instant, and those after free flight. Without
     /// states, slips have no offset.
     pub fn set(&mut self, instants: &[State], free: &[State]) {
-        self.instants.clear();
-        self.instants.extend_from_slice(instants);
-        self.free.clear();
-        self.free.extend_from_slice(free);
+        instants.clone_into(&mut self.instants);
+        free.clone_into(&mut self.free);
         self.now.clear();
         self.predicted.clear();
     }

@@ -311,7 +311,6 @@ impl PlacedPair<'_> {
         from.abs().min((line.along.norm() - from).abs())
     }
 
-    /// True if `point` is a vertex of `piece`.
     fn is_vertex(&self, piece: &Piece, point: &Vector3<f64>) -> bool {
         piece.core().vertices().iter().any(|vertex| (vertex - point).norm() <= SAME * self.size())
     }

@@ -225,8 +225,8 @@ fn turning(a: &Moving<'_>, b: &Moving<'_>, far: f64, change: &Vector3<f64>) -> f
 /// Σ |n × θ| |θ| ρ/8: bound on how far the gap along an axis sags below its chord over the whole
 /// trajectory (m).
 fn sagging(a: &Moving<'_>, b: &Moving<'_>, axis: &Vector3<f64>) -> f64 {
-    let of = |moving: &Moving<'_>| moving.sideways(axis) * moving.trajectory.angle();
-    0.125 * (of(a) + of(b))
+    let sag = |moving: &Moving<'_>| moving.sideways(axis) * moving.trajectory.angle();
+    0.125 * (sag(a) + sag(b))
 }
 
 /// Gap of two pieces in m along a unit vector (world, from A to B).

@@ -189,11 +189,11 @@ fn tangent(
         return;
     };
     let side = sides[on];
-    let of = sides[1 - on];
+    let other = sides[1 - on];
     let normal = normals[1 - on];
     let point_radius = if side.smooth.is_some() { 0.0 } else { side.radius };
-    let offset = of.extent(&normal);
-    let height = normal.dot(&of.to_local(&(side.placed(&point) - of.shift)));
+    let offset = other.extent(&normal);
+    let height = normal.dot(&other.to_local(&(side.placed(&point) - other.shift)));
     let gap = height - offset - point_radius;
     let point_of = side.side;
     found.push_new(ManifoldPoint { point_of, point, point_radius, normal, offset, gap, feature });

@@ -93,8 +93,8 @@ impl SparseMatrix {
                 wanted: rows.saturating_mul(columns),
             });
         }
-        let of = |place: usize| (place / columns, place % columns, entries[place]);
-        Self::from_triplets(rows, columns, (0..entries.len()).map(of))
+        let entry = |place: usize| (place / columns, place % columns, entries[place]);
+        Self::from_triplets(rows, columns, (0..entries.len()).map(entry))
     }
 
     /// Number of rows.

@@ -48,11 +48,9 @@ impl PredictedStep {
         free: &[State],
         instants: &[State],
     ) {
-        self.free.clear();
-        self.free.extend_from_slice(free);
+        free.clone_into(&mut self.free);
         let map = world.step_map();
-        self.instants.clear();
-        self.instants.extend_from_slice(instants);
+        instants.clone_into(&mut self.instants);
         self.ends.clear();
         self.ends.extend(instants.iter().zip(states).map(|(instant, state)| {
             let velocity = 2.0 * instant.velocity - state.velocity;
