@@ -48,7 +48,7 @@ impl World {
         for constant in Constant::ALL.into_iter().filter(|constant| constant.is_of_joints()) {
             let Some(numbers) = given(constant) else { continue };
             if constant == Constant::Anchor {
-                let anchors = self.joints.iter_mut().flat_map(Joint::frames_mut);
+                let anchors = self.joints.iter_mut().flat_map(|joint| &mut joint.frames);
                 for (frame, anchor) in anchors.zip(numbers.chunks_exact(3)) {
                     frame.anchor = Vector3::from_column_slice(anchor);
                 }
