@@ -340,7 +340,6 @@ impl Components {
     }
 }
 
-/// Compressed matrix of `rows` rows from its columns.
 fn compressed(rows: usize, columns: &mut [Vec<(usize, f64)>]) -> CscMatrix<f64> {
     let mut starts = vec![0];
     let mut places = Vec::new();

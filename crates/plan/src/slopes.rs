@@ -302,8 +302,9 @@ impl MotorConstants {
             let ControlKind::Constant(constant) = problem.controls()[variable.control].kind else {
                 continue;
             };
-            let of = |number| constant.from_one_number(&problem.scene.world, number);
-            let slopes = of(1.0).iter().zip(of(0.0)).map(|(one, none)| one - none).collect();
+            let numbers = |number| constant.from_one_number(&problem.scene.world, number);
+            let slopes =
+                numbers(1.0).iter().zip(numbers(0.0)).map(|(one, none)| one - none).collect();
             asked.push(constant);
             places.push((place, slopes));
         }

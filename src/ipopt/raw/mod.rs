@@ -156,7 +156,7 @@ impl RawSolver {
         self.load_bounds(bounds);
         self.load_start(start);
         let mut problem = self.create(&mut lock)?;
-        for setting in self.options.settings(start.is_warm()) {
+        for setting in self.options.settings(matches!(start, StartPoint::Warm { .. })) {
             set(&mut problem, setting)?;
         }
         if !problem.watch(Some(callbacks::intermediate)) {

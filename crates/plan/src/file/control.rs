@@ -49,8 +49,9 @@ impl ControlTable {
                 if self.force.is_none() {
                     return Err("force: a range is needed, N or N m".to_owned());
                 }
-                let of = self.axis.as_ref().unwrap_or(&word);
-                let name = joints.first().map_or(word.clone(), |joint| format!("{joint}.{of}"));
+                let axis_name = self.axis.as_ref().unwrap_or(&word);
+                let name =
+                    joints.first().map_or(word.clone(), |joint| format!("{joint}.{axis_name}"));
                 (ControlKind::Motor { axes }, each(&[self.force]), name)
             }
             KindName::Start => {

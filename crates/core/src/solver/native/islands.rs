@@ -430,8 +430,7 @@ impl IslandPartition {
 
     /// Sets the flags of bodies whose islands get less effort, one per body or none.
     pub(super) fn expect_failure(&mut self, bodies: &[bool]) {
-        self.hopeless.clear();
-        self.hopeless.extend_from_slice(bodies);
+        bodies.clone_into(&mut self.hopeless);
     }
 
     pub(super) fn len(&self) -> usize {

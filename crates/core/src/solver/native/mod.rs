@@ -193,8 +193,7 @@ impl NativeSolver {
             return false;
         }
         let h = step.world.time_step();
-        self.reached.clear();
-        self.reached.extend_from_slice(step.states);
+        step.states.clone_into(&mut self.reached);
         for (_, island) in self.islands.all().filter(|(_, island)| island.changes()) {
             for &body in island.bodies {
                 let (now, free) = (&step.states[body], &step.free[body]);
@@ -420,7 +419,7 @@ fn missed_contact_depth(
         rounding = rounding.max(lost);
         speed = speed.max(free.velocity.norm() + free.spin.norm() * body.reach());
     }
-    let tolerances = Tolerances::new(world, speed).tolerance_factor(tolerance_factor);
+    let tolerances = Tolerances::new(world, speed).times(tolerance_factor);
     let missed = if is_preliminary { tolerances.missed_by_preliminary } else { tolerances.missed };
     rounding.max(missed * world.time_step())
 }
@@ -487,8 +486,7 @@ impl IslandSolver for NativeSolver {
     }
 
     fn expect_rest(&mut self, bodies: &[bool]) {
-        self.rests.clear();
-        self.rests.extend_from_slice(bodies);
+        bodies.clone_into(&mut self.rests);
     }
 
     fn expect_failure(&mut self, bodies: &[bool]) {

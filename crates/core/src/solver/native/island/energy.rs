@@ -10,7 +10,6 @@ use nalgebra::Vector3;
 /// Contribution of a coupling to the energy balance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Source {
-    /// Contact.
     Contact,
     /// Joint whose drives do work along the flagged rows.
     Drives([bool; 3]),

@@ -62,7 +62,6 @@ enum CouplingKind {
     Turn(usize),
     /// Moment of a contact.
     Moment,
-    /// Gear.
     Gear(usize),
 }
 

@@ -84,15 +84,16 @@ impl Island {
             let other = link.b.as_ref().map(|other| (other.index, &velocity[other.index].spin));
             let (by_a, by_b) =
                 self.turns[turn].slopes(&velocity[link.a].spin, other.map(|(_, spin)| spin));
-            let of = |slope: &Matrix3<f64>| beside(&Matrix3::zeros(), slope);
-            let b = other.map(|(index, _)| (index, of(&by_b)));
-            return PairSlope { a: (link.a, of(&by_a)), b };
+            let by_spin = |slope: &Matrix3<f64>| beside(&Matrix3::zeros(), slope);
+            let b = other.map(|(index, _)| (index, by_spin(&by_b)));
+            return PairSlope { a: (link.a, by_spin(&by_a)), b };
         }
         // u = ℓ (Ω_A − Ω_B)
         if link.kind == CouplingKind::Moment {
-            let of = |torque_map: &Matrix3<f64>| beside(&Matrix3::zeros(), &torque_map.transpose());
-            let b = link.b.as_ref().map(|other| (other.index, -of(&other.torque_map)));
-            return PairSlope { a: (link.a, of(&coupling.lever.torque_map)), b };
+            let by_spin =
+                |torque_map: &Matrix3<f64>| beside(&Matrix3::zeros(), &torque_map.transpose());
+            let b = link.b.as_ref().map(|other| (other.index, -by_spin(&other.torque_map)));
+            return PairSlope { a: (link.a, by_spin(&coupling.lever.torque_map)), b };
         }
         // Round features (N14) and ellipsoids (N14a)
         let both = || LinkTurnings::new(link, turnings);

@@ -170,8 +170,7 @@ impl<E: Equations> Newton<E> {
         effort: &mut SolveEffort<'_>,
     ) -> bool {
         iterate.keep_impulses(equations, map);
-        self.trial.shifts.clear();
-        self.trial.shifts.extend_from_slice(&iterate.shifts);
+        self.trial.shifts.clone_from(&iterate.shifts);
         if is_evaluated {
             evaluate_again(equations, map, iterate)
         } else {
@@ -266,10 +265,15 @@ impl<E: Equations> Newton<E> {
             for (index, (coupling, elimination)) in couplings.enumerate() {
                 let alike = (is_isotropic && !coupling.rows.is_isotropic())
                     .then(|| coupling.rows.isotropic());
-                let of = LawRows { rows: alike.as_ref().unwrap_or(&coupling.rows), graphs };
+                let law_rows = LawRows { rows: alike.as_ref().unwrap_or(&coupling.rows), graphs };
                 let LocalSolution { offset, gain } = &mut elimination.local_solution;
-                *offset =
-                    projections[index].offset(pieces[index], of, &impulses[index], matrix, gain);
+                *offset = projections[index].offset(
+                    pieces[index],
+                    law_rows,
+                    &impulses[index],
+                    matrix,
+                    gain,
+                );
             }
             return equations.direction(scratch, eliminations, system, step);
         }

@@ -125,9 +125,9 @@ fn follow<E: Equations>(
     projections.clear();
     for ((coupling, u), known) in equations.couplings().iter().zip(&*points).zip(known) {
         let rows = coupling.rows.with_scale(stiffness);
-        let of = LawRows { rows: &rows, graphs };
+        let law_rows = LawRows { rows: &rows, graphs };
         let (projection, missed) =
-            coupling.law.evaluated(&NaturalMap::EXACT, of, projections, u, known);
+            coupling.law.evaluated(&NaturalMap::EXACT, law_rows, projections, u, known);
         projections.push(projection);
         impulses.push(known - stiffness * missed);
     }
