@@ -160,6 +160,7 @@ fn one(
         batch.set(&driven, rollout, step, &mut simulation)?;
         simulation.step(record)?;
         report.count(rollout, step, record);
+        // Outputs that are not requested are empty.
         if !states.is_empty() {
             copy_states(&simulation, &mut states[step * bodies * 13..][..bodies * 13]);
         }

@@ -118,6 +118,7 @@ impl PlanProblem {
                 }
             }
             replay.modes.push(modes);
+            // The largest residual, or NaN
             let residual = record.residual();
             if replay.residual < residual || residual.is_nan() {
                 replay.residual = residual;

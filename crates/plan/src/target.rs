@@ -127,6 +127,7 @@ impl TargetKind {
             };
             wanted.filter_map(row).collect()
         };
+        // Rows whose derivatives are by the rotation of the body
         let turning = |values: &Vector3<f64>, by: &nalgebra::Matrix3<f64>| {
             let row = |k: usize| TargetResidual {
                 value: values[k],

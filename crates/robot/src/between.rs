@@ -79,6 +79,7 @@ fn between(
     let name = format!("{}-between-{}", link.name, own[own.len() - 1].name);
     let names = robot.joints[link.joints.0..][..link.joints.1].iter();
     let names: Vec<_> = names.map(|joint| shown::line(&joint.name)).collect();
+    // One note for each link
     let sentence = format!(
         "{}: {} act on one body and do not form a supported joint; a link with {PART:.0e} of its \
          mass is inserted between them",

@@ -98,6 +98,7 @@ impl Film {
         floating: bool,
         mut frames: Vec<IntervalRows>,
     ) -> Result<Self, Failure> {
+        // Only contacts with a force are drawn.
         frames.iter_mut().for_each(|frame| frame.contacts.retain(is_loaded));
         let bodies = document.bodies.iter().zip(world.bodies()).zip(document.loads()?).enumerate();
         let bodies = bodies.map(|(index, ((body, rigid), load))| {

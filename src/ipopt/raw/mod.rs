@@ -138,6 +138,7 @@ impl RawSolver {
         bounds: &Bounds,
         start: &StartPoint<'_>,
     ) -> Result<SolveOutcome<'_>, IpoptError> {
+        // The program has to be the one whose structure is known.
         let sizes = [
             ("variables", self.n, program.variable_count()),
             ("constraints", self.m, program.constraint_count()),
@@ -163,6 +164,7 @@ impl RawSolver {
             return Err(IpoptError::Create);
         }
 
+        // Callbacks find the program through the context.
         let mut context = Context {
             program,
             jacobian: &self.jacobian,

@@ -302,6 +302,7 @@ impl StepSolver for Ladder {
         let budget = budget(most, candidates.contacts().len());
         let mut least = f64::INFINITY;
         let mut report = StepReport::without_problem(StepStatus::Failed);
+        // Rungs in order, within the budget of iterations
         for index in 0..self.rungs.len() {
             let rung = self.rungs[index];
             if matches!(rung, Rung::NativeStart | Rung::Native) {
@@ -317,6 +318,7 @@ impl StepSolver for Ladder {
             if rung != Rung::Native {
                 report.message = Some(attempted.status.name());
             }
+            // The best point of all rungs is kept.
             let is_solved = self.is_solved(step, contacts, attempted.converged);
             let residual = self.residual(step, contacts);
             if residual < least {

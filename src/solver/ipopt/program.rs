@@ -184,6 +184,7 @@ impl IpoptProgram {
         nlp.set_step(&units.state(&step.states[BODY]), &units.wrench(&step.wrenches[BODY]), active);
         nlp.anchor(effort.compliance, (0..layout.contacts()).map(|i| start.force(i)));
 
+        // Only rows with bounds go to Ipopt. Its start is cold, or has multipliers of the same rows.
         let bound = BoundRows::take(nlp, &mut bounds);
         let x = start.as_slice();
         let variables = layout.variables();
@@ -208,6 +209,7 @@ impl IpoptProgram {
             // The multipliers belong to a program of another size.
             StartMultipliers::Known(_) => ipopt::StartPoint::Cold { x },
         };
+        // The solver is kept while the rows are the same, with its structure.
         let known_rows = bound.rows().to_vec();
         let mut program = BoundProgram { nlp, rows: bound, interrupt: step.interrupt };
         let (_, solver) = match prepared {
@@ -216,6 +218,7 @@ impl IpoptProgram {
         };
         solver.set_limits(effort.limit, options.tolerance * effort.tightness)?;
         let outcome = solver.solve(&mut program, &bounds, &start)?;
+        // Without a point, the end is free flight.
         match outcome.point {
             Some(found) => end.as_mut_slice().copy_from_slice(found.x),
             None => end.set_free(&units.state(&step.free[BODY])),

@@ -116,6 +116,7 @@ impl FaceOverlap {
         if count_a >= 3 && count_b >= 3 {
             let is_a = |i: usize| (0..count_b).all(|j| a_in_b[i * count_b + j] >= -tolerance);
             let is_b = |j: usize| (0..count_a).all(|i| b_in_a[i * count_b + j] >= -tolerance);
+            // Two vertices that coincide along the axis are one corner.
             let most = 4.0 * tolerance;
             let coincide = |i: usize, j: usize| {
                 let between = b.points[j] - a.points[i];
@@ -131,6 +132,7 @@ impl FaceOverlap {
                     corners.push(PolygonCorner::B(j));
                 }
             }
+            // Edges cross if the ends of each are on both sides of the other one.
             for i in 0..count_a {
                 for j in 0..count_b {
                     let (i_next, j_next) = ((i + 1) % count_a, (j + 1) % count_b);

@@ -110,6 +110,7 @@ fn on_face(
             });
         }
     };
+    // Lowest points of ellipsoids and discs, the apex of a cone, and lateral surfaces along the face
     for (one, index) in smooth.ellipsoids().iter().zip(0..) {
         if !one.is_across(&normal) {
             push(Feature::Ellipsoid(on.side, index), one.centre - one.farthest(&normal));

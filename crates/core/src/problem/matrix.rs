@@ -49,6 +49,7 @@ impl SparseMatrix {
         }
         // A stable sort, so that sums are taken in the order of the input.
         entries.sort_by_key(|&(row, column, _)| (column, row));
+        // Duplicates are neighbours now, and are added.
         let mut merged: Vec<(usize, usize, f64)> = Vec::with_capacity(entries.len());
         for entry in entries {
             match merged.last_mut() {

@@ -143,6 +143,7 @@ impl World {
             };
             Some((number(a)?, partner))
         };
+        // Laws of pairs and of owners
         let pairs = |pairs: &PairLaws| {
             let pair = |(pair, value): &((usize, Partner), f64)| Some((renumbered(pair)?, *value));
             pairs.iter().filter_map(pair).collect()

@@ -312,6 +312,7 @@ impl World {
         if let Some(gravity) = value(Constant::Gravity) {
             parameters.gravity.copy_from_slice(gravity);
         }
+        // The ground moves along its normal.
         if let Some(way) = value(Constant::Ground) {
             let Some(ground) = self.ground() else {
                 let why = "the world has no ground; leave it out";

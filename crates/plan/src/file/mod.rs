@@ -115,6 +115,7 @@ impl ProblemFile {
             table.control(&scene, steps, effort).map_err(|why| named("controls", index, why))
         });
         let controls = controls.collect::<Result<Vec<_>, _>>()?;
+        // Controls, targets and path constraints, with their place in messages
         let mut targets = Vec::new();
         for (index, table) in file.target.0.into_iter().enumerate() {
             let found = table.targets(&scene, steps);

@@ -82,6 +82,7 @@ pub(super) fn check_control(control: &Control, world: &World, steps: usize) -> R
                 let why = format!("at is [{x:?}, {y:?}, {z:?}]; allowed: -1e6 to 1e6 m");
                 return Err(why.to_owned());
             }
+            // The point has to be on the body for all offsets.
             check_reach(push, &bounds[3..], world)?;
             let friction = push.friction.unwrap_or(0.0);
             if !(0.0..=10.0).contains(&friction) {

@@ -90,6 +90,7 @@ impl PlanProblem {
         targets: Vec<Target>,
         path_constraints: Vec<PathConstraint>,
     ) -> Result<Self, PlanError> {
+        // A plan needs states that begin steps.
         if scene.world.integrator() != Integrator::Euler {
             return bad_input(
                 "the scene has the integrator \"leapfrog\"; a plan needs integrator = \"euler\", whose \
@@ -147,6 +148,7 @@ impl PlanProblem {
             positive("path constraint", name, "tolerance", *tolerance)?;
             positive("path constraint", name, "weight", *weight)?;
         }
+        // At least one control
         if controls.is_empty() {
             return bad_input(
                 "controls: there are none; at least one [[controls]] is needed".to_owned(),

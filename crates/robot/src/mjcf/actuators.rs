@@ -39,6 +39,7 @@ impl MjcfReader<'_> {
                     ));
                 }
             };
+            // Fields of each kind
             let is_position = matches!(&*element.tag, "position" | "pid");
             let own = match &*element.tag {
                 "position" => "kp kv dampratio timeconst inheritrange",
@@ -61,6 +62,7 @@ impl MjcfReader<'_> {
                     element.wrong("tendon: it has no joint, so the actuator drives nothing")
                 );
             }
+            // A force by position or speed along a tendon acts on the sum of two joints.
             let depends = tendon.filter(|_| joints.len() > 1 && (bias[1], bias[2]) != (0.0, 0.0));
             if depends.is_some() && joints.len() > 2 {
                 return Err(element.wrong(
@@ -94,6 +96,7 @@ impl MjcfReader<'_> {
                 let half = 0.5 * (high - low) * inherited;
                 control_range = Some([middle - half, middle + half]);
             }
+            // Without actuators the file is still checked.
             if !self.flags.actuators {
                 continue;
             }

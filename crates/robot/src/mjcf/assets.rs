@@ -44,6 +44,7 @@ impl MjcfReader<'_> {
             let why = format!("{name} is not supported; move and turn the vertices in the file");
             return Err(element.wrong(why));
         }
+        // Source of the mass
         let kinds = [("legacy", 0), ("exact", 1), ("convex", 2), ("shell", 3)];
         let usual = i32::from(self.compiler.exact_meshes);
         let inertia = read.word("inertia", &kinds)?.unwrap_or(usual);

@@ -38,6 +38,7 @@ impl MjcfReader<'_> {
             Some([count]) if *count >= 0.0 && count.fract() == 0.0 => Ok(*count as usize),
             Some(_) => Err(format!("{name}: a whole number is needed")),
         };
+        // Heights from an image, a binary file or the element
         let grid = match element.get("file") {
             Some(file) => {
                 let path = self.reading.folder.join(self.mesh_file(file));

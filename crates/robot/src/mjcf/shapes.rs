@@ -63,6 +63,7 @@ impl MjcfReader<'_> {
             ],
         )?;
         let usual = if read.get("mesh").is_some() { GeomKind::Mesh } else { GeomKind::Sphere };
+        // Kind of the shape; a mesh if one is named
         let kind = read.word("type", &KINDS)?.unwrap_or(usual);
         // Shapes that touch nothing have a mass and a look.
         let groups = [group(&read, "contype")?, group(&read, "conaffinity")?];
@@ -99,6 +100,7 @@ impl MjcfReader<'_> {
             .map(|(index, usual)| friction.get(index).copied().unwrap_or(usual));
         let turning = if touches { turning } else { [0.0; 2] };
         let condim = self.condim(&read, turning)?;
+        // Mass, then the first plane as ground and others as boxes
         self.add_geom_inertia(&read, link, &placed, &form, &volume)?;
         let (form, placed) = match form {
             RobotForm::Plane if touches && std::mem::replace(&mut self.has_ground, true) => {
@@ -202,6 +204,7 @@ impl MjcfReader<'_> {
             };
             return Ok((form, frame, Volume::Hull));
         }
+        // Sizes by kind: half lengths and radii
         let three = || Ok::<_, String>(Vector3::new(size(0)?, size(1)?, size(2)?));
         let mut volume = Volume::Hull;
         let form = match kind {

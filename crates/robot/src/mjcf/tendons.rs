@@ -101,6 +101,7 @@ impl MjcfReader<'_> {
                 Err(element.wrong(format!("{field}: {what}")))
             };
             let mut sum = None;
+            // Two joints: a drive of their sum. One joint: its limit.
             match (joints.as_deref(), range) {
                 (Some(&[first, second]), range) => {
                     if range.is_some() || pull.first().is_some() {

@@ -347,6 +347,7 @@ impl<'a> UrdfReader<'a> {
                 vec![self.with_limits_and_dynamics(element, one(Moves::Hinge), false)?]
             }
             "prismatic" => vec![self.with_limits_and_dynamics(element, one(Moves::Slide), true)?],
+            // Two slides in the plane and a hinge across it
             "planar" => {
                 let plane =
                     LinkFrame { attitude: super::frame::from_z(&axis), ..LinkFrame::identity() };

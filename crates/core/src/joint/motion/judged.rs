@@ -170,6 +170,7 @@ impl JointMotion {
         let Self { frames, at: (at, angles), after: (after, end), before: (before, came), .. } =
             self;
         let time_step = map.time_step;
+        // A moving frame does the work of its force and torque on A.
         if joint.moves {
             let (state, next) = (states.get(joint.body)?, next.get(joint.body)?);
             let load = joint.acting_at(frames, &self.torque_map, state, force).on(state, 1.0);
@@ -183,6 +184,7 @@ impl JointMotion {
             });
         }
         let [along, turning] = joint.active_axes();
+        // Motions of the step before and of this one
         let [earlier, later] = match joint.turning() {
             TurnKind::Driven => {
                 [joint.turned(before, came, at, angles), joint.turned(at, angles, after, end)]

@@ -227,6 +227,7 @@ impl IslandPartition {
         if !rests.contains(&true) {
             return;
         }
+        // Bodies without an island have nothing to solve.
         for (rests, island) in rests.iter_mut().zip(&self.islands) {
             *rests &= *island != NONE;
         }

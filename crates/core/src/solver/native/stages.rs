@@ -283,6 +283,7 @@ impl<E: Equations> StageSolver<E> {
         match stage {
             Stage::Previous => {
                 self.begin_from(equations, previous);
+                // Accept: the last impulses are the solution. Otherwise Newton's method from them.
                 if let Some(residual) = self.repeat(equations) {
                     return StageEnd { residual, selected: true };
                 }
@@ -307,6 +308,7 @@ impl<E: Equations> StageSolver<E> {
             Stage::Multipliers => {
                 self.begin_from_zero(equations);
                 let Self { newton, iterate, other, .. } = self;
+                // Multipliers lead near a solution, and the proximal point method continues.
                 let residual = newton.solve_by_multipliers(equations, other, iterate, effort);
                 if residual > equations.tolerances().near {
                     return StageEnd { residual, selected: true };

@@ -400,6 +400,7 @@ impl LinearCoupling {
                     sums[place] += by.dot(&self.change([&nothing; 2], 0.0, 1.0)) * slope;
                 }
             }
+            // Constants of the world
             match constant {
                 Constant::TimeStep => {
                     sums[0] += by.dot(&self.change([&nothing; 2], 1.0, 0.0));

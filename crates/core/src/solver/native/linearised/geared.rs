@@ -311,6 +311,7 @@ pub(super) fn linearise(
         let velocities = bodies.map(|body| body.map(&velocity));
         let tangent = JointTangent::new(joint, step.states, &map, velocities);
         let Some(at) = joint.coordinates(step.states) else { continue };
+        // Coordinates and rates with which the axes begin
         let starts = joint.starts_with_rates(step.states, &at, angles, &map);
         let acting = joint.acting_axes();
         let own = [

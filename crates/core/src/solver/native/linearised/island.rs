@@ -396,6 +396,7 @@ impl LinearIsland {
             } = point;
             by_pose.begin(bodies.len(), island.couplings().len());
             by_velocity.begin(bodies.len(), island.couplings().len());
+            // Momentum at k of the body itself
             by_velocity.rhs[own] = island.members()[own].change_by_velocity();
             // Columns of all couplings by the pose and the velocity of the body
             let of_contacts = couplings.iter().map(|coupling| (coupling.index, &coupling.slopes));
