@@ -124,10 +124,6 @@ pub enum StartPoint<'a> {
 }
 
 impl StartPoint<'_> {
-    pub(super) fn is_warm(&self) -> bool {
-        matches!(self, Self::Warm { .. })
-    }
-
     /// Checks lengths and that every number is finite.
     pub(super) fn validate(&self, n: usize, m: usize) -> Result<(), IpoptError> {
         let check = |what, values: &[f64], expected: usize| {

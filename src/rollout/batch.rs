@@ -84,6 +84,7 @@ impl Batch<'_> {
         let size = |factors: &[usize]| {
             factors.iter().try_fold(1_usize, |product, factor| product.checked_mul(*factor))
         };
+        // An array may be shared by all rollouts, or have one part for each.
         let shared = |each: Option<usize>, length: usize| {
             Some(length) == each || Some(length) == each.and_then(|each| each.checked_mul(b))
         };

@@ -188,6 +188,7 @@ fn one(
         let change = |twelve: &[f64]| StateChange::from_array(&std::array::from_fn(|k| twelve[k]));
         each.map(change).collect()
     };
+    // Derivatives by the states, or by the last states only
     let mut by_states = |k: u64, _: &[State]| match cotangents {
         Cotangents::Ends(all) => (k == steps).then(|| changes(rollout_slice(all, width, rollout))),
         Cotangents::States(all) => (k > 0).then(|| {

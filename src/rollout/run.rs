@@ -111,6 +111,7 @@ pub(super) fn hand_out<S: Send, T: Send>(
         }
         found
     };
+    // The calling thread works too.
     let helpers = threads.get().min(count) - 1;
     let mut results = thread::scope(|scope| {
         let helpers: Vec<_> = (0..helpers)
@@ -126,6 +127,7 @@ pub(super) fn hand_out<S: Send, T: Send>(
         }
         results
     });
+    // Results in the order of the items
     results.sort_unstable_by_key(|(rollout, _)| *rollout);
     let mut all = Vec::with_capacity(count);
     for (rollout, result) in results {
@@ -158,6 +160,7 @@ fn one(
         batch.set(&driven, rollout, step, &mut simulation)?;
         simulation.step(record)?;
         report.count(rollout, step, record);
+        // Outputs that are not requested are empty.
         if !states.is_empty() {
             copy_states(&simulation, &mut states[step * bodies * 13..][..bodies * 13]);
         }
@@ -173,6 +176,7 @@ fn one(
         if let Some(status) = statuses.get_mut(step) {
             *status = place(record.status());
         }
+        // Progress is counted in chunks, because the counter is shared between threads.
         if (step + 1) % CHUNK == 0 || step + 1 == batch.steps {
             if let Some(done) = watch.done {
                 done.fetch_add((step + 1 - counted) as u64, Ordering::Relaxed);

@@ -154,6 +154,7 @@ impl Structure {
         let load = |body: usize| size(body, &loads.wrenches[body]) + size(body, &own[body]);
         let mut add = |body: usize, twist: Twist| sums[body] = sums[body].plus(twist);
         let mut is_inside = true;
+        // Contacts: forces and moments within their cones
         for (index, (contact, load)) in self.contacts.iter().zip(&forces.contacts).enumerate() {
             for (body, sign) in contact.key.bodies().zip([1.0, -1.0]) {
                 let mut twist =
@@ -167,6 +168,7 @@ impl Structure {
                 (check.cone_margin, check.contact) = (margin, Some(index));
             }
         }
+        // Axes: forces within their ranges
         for (axis, force) in self.axes.iter().zip(&forces.axes) {
             let [low, high] = axis.range;
             is_inside &= (low..=high).contains(force);
@@ -174,6 +176,7 @@ impl Structure {
         }
         let free = || (0..bodies).filter(|body| !self.held[*body]);
         (check.imbalance, check.loads) = (0.0, free().map(load).sum());
+        // Balance of each free body, relative to the loads
         let mut is_balanced = true;
         for body in free() {
             let missed = size(body, &sums[body]);

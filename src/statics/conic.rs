@@ -189,6 +189,7 @@ impl Structure {
             Goal::LargestFactor(case) => Some(*case),
         };
         let positive = |size: f64, other: f64| if size > 0.0 { size } else { other };
+        // Loads and forces are divided by the size of the loads, so that tolerances are relative.
         let case_unit = case.map_or(1.0, |case| positive(self.size(case), 1.0));
         let unit = positive(self.size(loads), case_unit);
 
@@ -237,6 +238,7 @@ impl Structure {
             }
             columns.push(column);
         }
+        // Right-hand side: minus the loads
         let mut right = vec![0.0; rows];
         for (body, twist) in loads.wrenches.iter().enumerate() {
             if let Some((first, entries)) = scaled(body, twist) {
@@ -281,6 +283,7 @@ impl Structure {
         let mut solver =
             DefaultSolver::new(&quadratic, &linear, &matrix, &right, &cones, settings).ok()?;
         solver.solve();
+        // Forces are the solution, and velocities of a mechanism its multipliers of the balance.
         let x = &solver.solution.x;
         let z = &solver.solution.z;
         let forces: Vec<f64> = x[..count].iter().map(|x| x * unit).collect();
@@ -337,7 +340,6 @@ impl Components {
     }
 }
 
-/// Compressed matrix of `rows` rows from its columns.
 fn compressed(rows: usize, columns: &mut [Vec<(usize, f64)>]) -> CscMatrix<f64> {
     let mut starts = vec![0];
     let mut places = Vec::new();

@@ -134,6 +134,7 @@ impl Structure {
             let why = "equilibria have no adhesion; run the scene";
             return Err(Error::Unsupported { what: "adhesion", why });
         }
+        // Contacts that touch and are not between held bodies
         let largest = largest_gap(world);
         let is_held = |body: usize| world.is_held(body);
         let moves = |contact: &&Contact| {
@@ -152,6 +153,7 @@ impl Structure {
             axes: axes(world, states),
             loads: LoadCase::none(count),
         };
+        // Weights, wrenches and forces of one size are loads.
         structure.loads = LoadCase::base(&structure, -structure.gravity);
         for (body, wrench) in wrenches.iter().enumerate() {
             let torque = structure.rotations[body] * wrench.torque;

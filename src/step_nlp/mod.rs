@@ -174,6 +174,7 @@ impl StepNlp {
             world,
             ground,
         };
+        // Patterns are those of the emitted entries at any point (section 5.2).
         nlp.set_step(&state, &Wrench::zero(), std::iter::repeat_n(0.0, n));
         let x = vec![0.0; layout.variables()];
         let y = vec![0.0; layout.constraints()];

@@ -175,8 +175,7 @@ impl StepSolution {
 
     /// Turns this solution into free flight that ends at `states`.
     pub fn set_free(&mut self, states: &[State]) {
-        self.states.clear();
-        self.states.extend_from_slice(states);
+        states.clone_into(&mut self.states);
         self.contacts.clear();
         self.moments.clear();
         self.joints.clear();
@@ -186,15 +185,11 @@ impl StepSolution {
 
     /// Copies `other` and reuses the allocated memory.
     pub fn copy_from(&mut self, other: &Self) {
-        self.states.clear();
-        self.states.extend_from_slice(&other.states);
-        self.contacts.clear();
-        self.contacts.extend_from_slice(&other.contacts);
-        self.moments.clear();
-        self.moments.extend_from_slice(&other.moments);
+        self.states.clone_from(&other.states);
+        self.contacts.clone_from(&other.contacts);
+        self.moments.clone_from(&other.moments);
         self.joints.clone_from(&other.joints);
-        self.gears.clear();
-        self.gears.extend_from_slice(&other.gears);
+        self.gears.clone_from(&other.gears);
         self.variables.clone_from(&other.variables);
     }
 

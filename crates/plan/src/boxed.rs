@@ -113,6 +113,7 @@ pub(super) fn least_in_box(
     let mut now = value(&step);
     let mut known: Option<(Vec<usize>, Cholesky<f64, Dyn>)> = None;
     for _ in 0..MOST_NEWTON {
+        // A component at a bound stays if the slope Qd + q points beyond it.
         let slope = matrix * &step + gradient;
         let is_free = |&k: &usize| {
             !(slope[k] > 0.0 && step[k] <= low[k] || slope[k] < 0.0 && step[k] >= high[k])
@@ -121,6 +122,7 @@ pub(super) fn least_in_box(
         if free.is_empty() {
             return Some(Boxed { step, free, factor: None });
         }
+        // Newton's step of the free components. Their factor is kept while they stay the same.
         let (free, factor) = match known.take() {
             Some(same) if same.0 == free => same,
             _ => {
@@ -134,6 +136,7 @@ pub(super) fn least_in_box(
         for (&k, d) in free.iter().zip(&factor.solve(&right)) {
             way[k] = *d;
         }
+        // Armijo's rule along the clipped step
         let mut part = 1.0;
         let next = loop {
             let next = clipped(&step + &way * part);

@@ -118,6 +118,7 @@ impl DdpModel {
         let constants = MotorConstants::new(problem);
         let mut transitions = vec![to_start(problem, controls, &scales, &constants)];
         let mut tape: Vec<(usize, Tape)> = Vec::with_capacity(AT_ONCE);
+        // Steps are linearised in parallel, as many at once as `AT_ONCE`, to bound the memory.
         let turn = |tape: &mut Vec<(usize, Tape)>, transitions: &mut Vec<Transition>| {
             let all = std::mem::take(tape).into_par_iter().map(|(step, tape)| {
                 let choices = choices_in(problem, step, controls, &constants);
@@ -137,6 +138,7 @@ impl DdpModel {
             tape.push((transitions.len() + tape.len() - 1, step));
             if tape.len() == AT_ONCE { turn(&mut tape, &mut transitions) } else { Ok(()) }
         };
+        // One run yields the states and the tape of all steps.
         let (states, all) = problem.taped(controls, Some(like), &mut take, trials.interrupt)?;
         turn(&mut tape, &mut transitions)?;
         trials.runs += 1;
@@ -144,6 +146,7 @@ impl DdpModel {
             return Ok(None);
         }
         let x = DVector::from_column_slice(controls).component_div(&scales);
+        // Residuals of the cost, after the steps they belong to
         let mut rows = vec![Vec::new(); states.len()];
         for row in &problem.rows_of(&states) {
             let (value, body, after, by) = problem.row(row, &states);
@@ -161,6 +164,7 @@ impl DdpModel {
             transitions,
         };
         let (mut gradient, mut damping) = (DVector::zeros(count), DVector::zeros(count));
+        // A backward pass without gains: gradient and diagonal of the Gauss–Newton matrix by the controls
         model.backwards(&mut |chosen, value, first| {
             for (k, &choice) in chosen.iter().enumerate() {
                 gradient[choice] = value.gradient[first + k];
@@ -168,6 +172,7 @@ impl DdpModel {
             }
             Some(Gains::none(chosen.len()))
         });
+        // Controls move the targets if the matrix has more than the efforts on its diagonal.
         let by_rows = (&damping - &model.efforts).max().max(0.0).sqrt();
         let all = model.rows.iter().flatten().map(|(value, ..)| value * value).sum::<f64>();
         model.centre.moves = by_rows > NOTHING * all.sqrt();

@@ -110,6 +110,7 @@ impl PlanProblem {
             replay.states.push(record.states().to_vec());
             let step = replay.records.len();
             replay.wrenches.push(self.without_loads(step, record.states(), wrenches));
+            // Margin: the least distance from another piece of the contact law, and its step
             let modes = modes_of(simulation.world(), record);
             for of in &modes {
                 if replay.margin.is_none_or(|(least, _)| of.margin < least) {
@@ -117,6 +118,7 @@ impl PlanProblem {
                 }
             }
             replay.modes.push(modes);
+            // The largest residual, or NaN
             let residual = record.residual();
             if replay.residual < residual || residual.is_nan() {
                 replay.residual = residual;
@@ -125,6 +127,7 @@ impl PlanProblem {
             replay.records.push(record.clone());
             Ok(())
         })?;
+        // Cost and misses follow from the states.
         if let Some(last) = replay.records.last() {
             replay.states.push(last.next_states().to_vec());
         }

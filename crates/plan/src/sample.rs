@@ -83,8 +83,10 @@ impl Stage for Sample {
         }
         let rounds = self.rounds.max(1);
         let coarse = Coarse::new(problem, self.knots, best.controls.clone()).count as u64;
+        // By default 200 runs for each coordinate and 2000 more
         let runs = self.runs.unwrap_or(200 * (10 + coarse));
         let scattered = ((SCATTERED * runs as f64) as u64).max(1);
+        // Scattered runs first, then rounds of CMA-ES about the best one, each narrower
         let thrown = self.scatter(problem, 0..scattered, &mut end, watch)?;
         best = thrown.filter(|thrown| thrown.cost < best.cost).unwrap_or(best);
         for round in 0..rounds {
@@ -94,6 +96,7 @@ impl Stage for Sample {
             let last = runs * u64::from(round + 1) / u64::from(rounds);
             let width = WIDTH.0 * WIDTH.1.powi(round.min(16) as i32);
             let mut about = SampleRound { number: round, last, from: best.controls.clone(), width };
+            // A round with as many pieces as the one before starts elsewhere if the best run misses.
             if round + 1 < rounds && self.looks_elsewhere(problem, round, &best.controls)? {
                 let first = u64::from(round) * scattered;
                 let thrown = self.scatter(problem, first..first + scattered, &mut end, watch)?;
@@ -143,6 +146,7 @@ impl Sample {
         let count = which.end - which.start;
         let mut best = None::<SampledRun>;
         let coarse = Coarse::new(problem, self.knots, Vec::new());
+        // Fixed-point iteration for g, which has converged after 60 steps in any dimension
         let mut g = 2.0_f64;
         for _ in 0..60 {
             g = libm::pow(1.0 + g, 1.0 / (coarse.count as f64 + 1.0));
@@ -159,6 +163,7 @@ impl Sample {
         let run = |i: u64| problem.run_cost(&point(i), Some(interrupt));
         let runs: Vec<_> = which.clone().into_par_iter().map(run).collect();
         end.runs += count;
+        // Best run, and the range of the costs
         let (mut seen, mut failure) = (None::<[f64; 2]>, None);
         for (i, run) in which.zip(runs) {
             match run {
@@ -195,6 +200,7 @@ impl Sample {
         let SampleRound { number, last, from, width } = round;
         let coarse = Coarse::new(problem, self.knots_in(number), from);
         let interrupt = watch.interrupt;
+        // Points outside the bounds are clipped, and cost more by their distance.
         let loss = |(controls, outside): &(Vec<f64>, f64)| {
             match problem.run_cost(controls, Some(interrupt)) {
                 Ok(cost) => cost.judged().min(WORST) * (1.0 + outside),
@@ -202,6 +208,7 @@ impl Sample {
                 Err(_) => WORST * (1.0 + outside),
             }
         };
+        // Twice Hansen's default size
         let population = 2 * (4 + (3.0 * libm::log(coarse.count as f64)) as usize);
         let seed = self.seed.wrapping_add(u64::from(number)) as u32;
         let mut search = CmaEs::new(coarse.count, population, width, seed);
@@ -217,6 +224,7 @@ impl Sample {
                 return Ok(());
             }
             search.adapt(&losses);
+            // The best of all rounds is kept apart from the mean of the search.
             let first = (0..points.len()).min_by(|a, b| losses[*a].total_cmp(&losses[*b]));
             if let Some(first) = first.filter(|first| losses[*first] < WORST) {
                 let controls = &points[first].0;

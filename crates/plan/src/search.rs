@@ -79,6 +79,7 @@ impl PlanProblem {
             if watch.is_interrupted() {
                 break;
             }
+            // A fallback begins a new attempt, unless the targets are met.
             if stage.is_fallback() && !reports.is_empty() {
                 if best.meets() {
                     reports.push(StageReport {
@@ -102,6 +103,7 @@ impl PlanProblem {
                 meets: false,
                 kept: false,
             };
+            // All figures of a stage are those of its replay.
             match self.replay(&result.controls) {
                 Ok(replay) => {
                     report.cost = replay.cost;

@@ -152,6 +152,7 @@ impl Shoot {
         for iteration in 0..self.iterations {
             let model = self.model(&end.controls, rough, &mut trials)?;
             (end.runs, end.iterations) = (trials.runs, iteration + 1);
+            // Without a derivative a rougher one is tried.
             let Some(model) = model else {
                 if rough == self.method.roughest() {
                     return Ok("steps of the run have no derivatives".to_owned());
@@ -159,6 +160,7 @@ impl Shoot {
                 rough += 1;
                 continue;
             };
+            // A gradient of zero within the bounds ends the search, unless a rougher derivative may see more.
             if model.centre().projected() <= 1e-14 * (1.0 + cost) {
                 let moves = model.centre().moves;
                 if !moves && cost > 1e-20 && self.method.goes_on_after(rough) {
@@ -173,6 +175,7 @@ impl Shoot {
                     "all derivatives are zero: no control moves a target".to_owned()
                 });
             }
+            // Levenberg's damping: the best of a few, then larger ones until the cost falls
             let found = loop {
                 let mut best: Option<(Vec<f64>, f64, f64)> = None;
                 for factor in TRIED {
@@ -196,6 +199,7 @@ impl Shoot {
                 (rough, damping) = (rough + 1, 1e-3);
                 continue;
             };
+            // Two iterations with little progress end the search.
             rough = 0;
             little = if cost - next_cost <= LITTLE * cost { little + 1 } else { 0 };
             (end.controls, cost, damping) = (controls, next_cost, kappa.max(1e-12));

@@ -191,6 +191,7 @@ impl PlanProblem {
         let mut acting = Vec::new();
         let by_place = [Matrix3::zeros(); 2];
         for (index, control) in self.controls().iter().enumerate() {
+            // Motors act along axes that move with both bodies.
             if let ControlKind::Motor { axes } = &control.kind {
                 let (numbers, places) = self.numbers(index, self.knot(index, step), controls);
                 for (joint, axis) in axes {
@@ -198,6 +199,7 @@ impl PlanProblem {
                     acting.extend(motor(of, states, *axis, numbers[0], places[0]));
                 }
             }
+            // Other controls act on one body, with a lever that turns with it.
             let Some(body) = control.kind.body() else { continue };
             let Some((applied, numbers, places)) = self.applied(index, step, controls) else {
                 continue;
@@ -210,6 +212,7 @@ impl PlanProblem {
             let follows = vec![WrenchSlope { body, by_place, by_turn }];
             acting.push(Acting { body, by: by.collect(), follows });
         }
+        // Loads at a point of their body turn with it too.
         let h = self.scene.world.time_step();
         let index = self.scene.start_index + step as u64;
         let loads = self.scene.loads.iter().zip(states).enumerate();
@@ -299,8 +302,9 @@ impl MotorConstants {
             let ControlKind::Constant(constant) = problem.controls()[variable.control].kind else {
                 continue;
             };
-            let of = |number| constant.from_one_number(&problem.scene.world, number);
-            let slopes = of(1.0).iter().zip(of(0.0)).map(|(one, none)| one - none).collect();
+            let numbers = |number| constant.from_one_number(&problem.scene.world, number);
+            let slopes =
+                numbers(1.0).iter().zip(numbers(0.0)).map(|(one, none)| one - none).collect();
             asked.push(constant);
             places.push((place, slopes));
         }
@@ -364,6 +368,7 @@ fn motor(
         Acting { body, by, follows: Vec::new() }
     };
     let mut acting: Vec<Acting> = slopes.map(act).collect();
+    // Six changes of each body's pose
     let mut moved = states.to_vec();
     for body in [Some(joint.body()), joint.other()].into_iter().flatten() {
         let none = || WrenchSlope {

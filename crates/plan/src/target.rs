@@ -3,7 +3,7 @@
 use nalgebra::{Vector3, Vector4};
 use tumble_core::derivative::StateChange;
 use tumble_core::mechanics::State;
-use tumble_core::mechanics::quaternion::{self, rotation};
+use tumble_core::mechanics::quaternion::{conjugated, product, rotation};
 
 /// Largest length in a problem, m.
 pub(super) const FARTHEST: f64 = 1e6;
@@ -127,6 +127,7 @@ impl TargetKind {
             };
             wanted.filter_map(row).collect()
         };
+        // Rows whose derivatives are by the rotation of the body
         let turning = |values: &Vector3<f64>, by: &nalgebra::Matrix3<f64>| {
             let row = |k: usize| TargetResidual {
                 value: values[k],
@@ -153,17 +154,17 @@ impl TargetKind {
                 turning(&turn, &right_jacobian_inverse(&turn))
             }
             Self::Turn { axis, angle, from } => {
-                let q = quaternion::left(&state.attitude) * conjugated(from);
+                let q = product(&state.attitude, &conjugated(from));
                 // δq = ½ L(q) (0, δθ) before the product with the attitude's inverse.
                 let change = |k: usize| {
                     let e = Vector3::ith(k, 1.0);
                     let turned = Vector4::new(0.0, 0.5 * e[0], 0.5 * e[1], 0.5 * e[2]);
-                    let dq = quaternion::left(&state.attitude) * turned;
-                    quaternion::left(&dq) * conjugated(from)
+                    product(&product(&state.attitude, &turned), &conjugated(from))
                 };
                 let along = |q: &Vector4<f64>| axis.dot(&Vector3::new(q[1], q[2], q[3]));
                 let (s, c) = (along(&q), q[0]);
                 let norm = s * s + c * c;
+                // δ(2 atan2(s, c)) = 2 (c δs − s δc)/(s² + c²)
                 let by = |k: usize| {
                     let dq = change(k);
                     if norm > 0.0 { 2.0 * (c * along(&dq) - s * dq[0]) / norm } else { 0.0 }
@@ -191,10 +192,6 @@ impl Target {
             _ => length,
         }
     }
-}
-
-fn conjugated(q: &Vector4<f64>) -> Vector4<f64> {
-    Vector4::new(q[0], -q[1], -q[2], -q[3])
 }
 
 /// Whole turn, rad.

@@ -73,11 +73,13 @@ fn between(
     let index = robot.links.len();
     let own = &robot.joints[joints.clone()];
     let next = &robot.joints[joints.end];
+    // The link has its centre at the anchor of a joint that turns, or of the next one.
     let hinge = own.iter().find(|joint| joint.moves != Moves::Slide);
     let position = hinge.unwrap_or(next).anchor;
     let name = format!("{}-between-{}", link.name, own[own.len() - 1].name);
     let names = robot.joints[link.joints.0..][..link.joints.1].iter();
     let names: Vec<_> = names.map(|joint| shown::line(&joint.name)).collect();
+    // One note for each link
     let sentence = format!(
         "{}: {} act on one body and do not form a supported joint; a link with {PART:.0e} of its \
          mass is inserted between them",
@@ -87,6 +89,7 @@ fn between(
     if robot.notes.last() != Some(&sentence) {
         robot.notes.push(sentence);
     }
+    // A small ball makes the link visible.
     let gyration = (carried.inertia.trace() / 3.0 / carried.mass.max(f64::MIN_POSITIVE)).sqrt();
     robot.shapes.push(RobotShape {
         name: None,

@@ -4,7 +4,7 @@
 //! A Collada scene is a tree of nodes with transforms, some of which show geometries. Lengths are
 //! in the unit of the file. The up axis is ignored, following ROS. Textures are ignored.
 
-use super::meshes::{Facet, Painted, colour_of};
+use super::painted::{Facet, Painted, colour_of};
 use super::xml::{Parsed, check_attributes};
 use nalgebra::{Matrix4, Rotation3, Unit, Vector3, Vector4};
 use roxmltree::{Document, Node, ParsingOptions};
@@ -212,6 +212,7 @@ impl<'a> ColladaReader<'a> {
         let inputs: Vec<_> = all(faces, "input").collect();
         let corner = inputs.iter().find(|input| input.attribute("semantic") == Some("VERTEX"));
         let (Some(corner), Some(list)) = (corner, below(faces, "p")) else { return Ok(()) };
+        // Corners of the faces: one index of `stride` numbers is that of the vertex.
         let stride = inputs.iter().map(|input| offset(*input)).max().unwrap_or(0) + 1;
         let points = self.positions(self.named(*corner, "vertices")?, place)?;
         let indices = numbers(list)?;
@@ -228,6 +229,7 @@ impl<'a> ColladaReader<'a> {
         let counts = counts.unwrap_or_else(|| vec![3.0; corners.len() / 3]);
         let mut facets: Vec<Facet> = Vec::new();
         let mut rest = &corners[..];
+        // Polygons become fans of triangles.
         for count in counts {
             let (face, after) = rest.split_at_checked(count as usize).unwrap_or((rest, &[]));
             rest = after;

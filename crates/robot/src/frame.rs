@@ -1,7 +1,8 @@
 //! Frames: position and attitude, and their composition.
 
 use nalgebra::{Matrix3, Vector3, Vector4};
-use tumble_core::mechanics::quaternion::{left, rotation};
+pub use tumble_core::mechanics::quaternion::conjugated;
+use tumble_core::mechanics::quaternion::{product, rotation};
 
 /// Pose of a frame in an outer frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,14 +28,14 @@ impl LinkFrame {
     pub fn then(&self, inner: &Self) -> Self {
         Self {
             position: self.point(&inner.position),
-            attitude: (left(&self.attitude) * inner.attitude).normalize(),
+            attitude: product(&self.attitude, &inner.attitude).normalize(),
         }
     }
 
     /// Pose of this frame in `outer`. Both are given in the same frame.
     pub fn relative_to(&self, outer: &Self) -> Self {
         let position = outer.rotation().tr_mul(&(self.position - outer.position));
-        Self { position, attitude: left(&conjugated(&outer.attitude)) * self.attitude }
+        Self { position, attitude: product(&conjugated(&outer.attitude), &self.attitude) }
     }
 
     /// Transforms a point of this frame to the outer frame.
@@ -46,11 +47,6 @@ impl LinkFrame {
     pub fn rotation(&self) -> Matrix3<f64> {
         rotation(&self.attitude)
     }
-}
-
-/// Conjugate q*.
-pub fn conjugated(q: &Vector4<f64>) -> Vector4<f64> {
-    Vector4::new(q[0], -q[1], -q[2], -q[3])
 }
 
 /// Quaternion of the rotation about the unit vector `axis` by `angle` (rad).
@@ -70,9 +66,4 @@ pub fn attitude_from_matrix(matrix: &Matrix3<f64>) -> Vector4<f64> {
     let rotation = nalgebra::Rotation3::from_matrix_unchecked(*matrix);
     let q = nalgebra::UnitQuaternion::from_rotation_matrix(&rotation);
     Vector4::new(q.w, q.i, q.j, q.k)
-}
-
-/// Quaternion product a ⊗ b.
-pub fn left_times(a: &Vector4<f64>, b: &Vector4<f64>) -> Vector4<f64> {
-    left(a) * b
 }

@@ -3,7 +3,7 @@
 //! A glTF scene is a tree of nodes with transforms, some of which show meshes. Lengths are in m.
 //! The up axis y is ignored, consistent with Collada. Compressed meshes are rejected.
 
-use super::meshes::{Painted, colour_of};
+use super::painted::{Painted, colour_of};
 use nalgebra::{Matrix4, Quaternion, Translation3, UnitQuaternion, Vector3, Vector4};
 use serde_json::Value;
 

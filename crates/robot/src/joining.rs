@@ -60,12 +60,14 @@ pub fn joined(joints: &[RobotJoint]) -> Result<Option<Joined>, String> {
             Moves::Hinge => made(JointKind::Revolute, Some(joint.anchor), along(&joint.axis), &[0]),
             Moves::Slide => made(JointKind::Prismatic, None, along(&joint.axis), &[0]),
         },
+        // A slide along the axis of a hinge
         [slide, hinge]
             if (slide.moves, hinge.moves) == (Moves::Slide, Moves::Hinge)
                 && slide.axis.dot(&hinge.axis) > 1.0 - ALIGNED =>
         {
             made(JointKind::Cylindrical, Some(hinge.anchor), along(&hinge.axis), &[0, 1])
         }
+        // Two or three slides across each other
         [first, second] if crossed(first, second) => {
             made(JointKind::Sliding, None, attitude_from_axes(&first.axis, &second.axis), &[0, 1])
         }
@@ -236,6 +238,7 @@ fn add_actuator(
         Some([low, high]) => control.clamp(low, high),
         None => control,
     };
+    // f = g (gain u + b₀) + g² (b₁ q + b₂ q̇) along the coordinate
     let constant = gear * (actuator.gain * control + actuator.bias[0]);
     let [stiffness, damping] = [1, 2].map(|k| -actuator.bias[k] * gear * gear);
     let bounds = actuator.force_range.map(|[low, high]| {
@@ -249,6 +252,7 @@ fn add_actuator(
         drive.force += bounds.map_or(constant, |[low, high]| constant.clamp(low, high));
         return Ok(());
     }
+    // The joint's own bounds limit the sum of all motors.
     let within = |[low, high]: [f64; 2], [a, b]: [f64; 2]| [low.max(a), high.min(b)];
     let bounds = match (bounds, at.effort) {
         (Some(own), Some(all)) => Some(within(own, all)),

@@ -30,6 +30,7 @@ pub mod model;
 pub mod motion;
 mod msh;
 mod notes;
+mod painted;
 mod sdf;
 pub mod sensors;
 mod urdf;

@@ -9,10 +9,10 @@
 //! - slide: displacement (m) and its rate (m/s).
 //! - hinge: angle (rad) and its rate (rad/s).
 
-use super::frame::{LinkFrame, about, conjugated, left_times};
+use super::frame::{LinkFrame, about};
 use super::model::{MimicJoint, Moves, Robot, RobotJoint};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3, Vector4};
-use tumble_core::mechanics::quaternion::left;
+use tumble_core::mechanics::quaternion::{conjugated, product, rotation, rotation_vector};
 
 /// Motion of everything below a joint per unit of one rate: ω = axis, and velocity `along` + axis ×
 /// x at the point x (world).
@@ -208,9 +208,9 @@ impl Robot {
                 }
             }
             let there = stage.motion.frame;
-            let turn = left_times(&own.attitude, &conjugated(&there.attitude));
+            let turn = product(&own.attitude, &conjugated(&there.attitude));
+            let turn = rotation_vector(&turn);
             let missing = own.position - there.position;
-            let turn = vector_of(&turn);
             let rates = solved(&screws, &there.position, &missing, &turn);
             for (at, rate) in q.iter_mut().zip(rates.iter()) {
                 *at += rate;
@@ -220,18 +220,6 @@ impl Robot {
                 return;
             }
         }
-    }
-}
-
-/// Rotation vector of a quaternion: axis times angle, at most π (rad).
-fn vector_of(turn: &Vector4<f64>) -> Vector3<f64> {
-    let along = turn.fixed_rows::<3>(1).into_owned();
-    let sine = along.norm();
-    let sign = if turn[0] < 0.0 { -1.0 } else { 1.0 };
-    if sine == 0.0 {
-        Vector3::zeros()
-    } else {
-        along * (sign * 2.0 * libm::atan2(sine, turn[0].abs()) / sine)
     }
 }
 
@@ -311,11 +299,13 @@ impl MovingFrame {
                 let axis = turn * joint.axis;
                 self.step(&(axis * (q[0] - joint.reference)));
                 self.motion.velocity += axis * v[0];
+                // Coriolis acceleration 2 ω × v
                 self.pull += self.motion.spin.cross(&axis) * (2.0 * v[0]);
                 screws.push(Screw { axis: Vector3::zeros(), along: axis });
             }
             Moves::Hinge => {
                 let axis = turn * joint.axis;
+                // Rotation about the anchor: to it, turn, and back
                 self.step(&(turn * joint.anchor));
                 screws.push(Screw::about(axis, &self.motion.frame.position));
                 self.spin_up(&about(&joint.axis, q[0] - joint.reference), &(axis * v[0]));
@@ -324,7 +314,7 @@ impl MovingFrame {
             Moves::Ball => {
                 self.step(&(turn * joint.anchor));
                 let attitude = unit(&q[..4])?;
-                let after = turn * tumble_core::mechanics::quaternion::rotation(&attitude);
+                let after = turn * rotation(&attitude);
                 let anchor = self.motion.frame.position;
                 screws.extend((0..3).map(|k| Screw::about(after.column(k).into_owned(), &anchor)));
                 self.spin_up(&attitude, &(after * Vector3::from_column_slice(&v[..3])));
@@ -338,7 +328,7 @@ impl MovingFrame {
     /// rotates with the frame.
     fn spin_up(&mut self, turn: &Vector4<f64>, spin: &Vector3<f64>) {
         let frame = &mut self.motion.frame;
-        frame.attitude = (left(&frame.attitude) * turn).normalize();
+        frame.attitude = product(&frame.attitude, turn).normalize();
         self.turn += self.motion.spin.cross(spin);
         self.motion.spin += spin;
     }

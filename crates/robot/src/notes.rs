@@ -94,6 +94,7 @@ impl RobotNotes {
     /// All notes, one sentence each.
     pub fn sentences(self) -> Vec<String> {
         let mut sentences = Vec::new();
+        // Counts of what has no effect
         if !self.idle.is_empty() {
             let count = |(tag, count): (&String, &usize)| format!("{count} <{tag}>");
             let list: Vec<_> = self.idle.iter().map(count).collect();
@@ -125,6 +126,7 @@ impl RobotNotes {
                     .to_owned(),
             );
         }
+        // Shapes and hulls that differ from the file
         if let Some((count, why)) = self.unseen {
             let links = if count == 1 { "a link is" } else { &*format!("{count} links are") };
             sentences.push(format!(

@@ -98,6 +98,7 @@ impl Film {
         floating: bool,
         mut frames: Vec<IntervalRows>,
     ) -> Result<Self, Failure> {
+        // Only contacts with a force are drawn.
         frames
             .iter_mut()
             .for_each(|frame| std::sync::Arc::make_mut(&mut frame.contacts).retain(is_loaded));
@@ -129,6 +130,7 @@ impl Film {
             let (name, colour) = (body.name().to_owned(), body.colour.map(|colour| colour.0));
             Ok(Object { name, label, colour, load, shapes: shapes? })
         });
+        // Fixed pieces, then terrains, in the order of their names
         let mut names = document.fixed_names();
         let pieces = world.fixed().iter().zip(names.by_ref()).map(|(fixed, name)| Object {
             name: name.to_owned(),

@@ -138,6 +138,7 @@ impl RawSolver {
         bounds: &Bounds,
         start: &StartPoint<'_>,
     ) -> Result<SolveOutcome<'_>, IpoptError> {
+        // The program has to be the one whose structure is known.
         let sizes = [
             ("variables", self.n, program.variable_count()),
             ("constraints", self.m, program.constraint_count()),
@@ -156,13 +157,14 @@ impl RawSolver {
         self.load_bounds(bounds);
         self.load_start(start);
         let mut problem = self.create(&mut lock)?;
-        for setting in self.options.settings(start.is_warm()) {
+        for setting in self.options.settings(matches!(start, StartPoint::Warm { .. })) {
             set(&mut problem, setting)?;
         }
         if !problem.watch(Some(callbacks::intermediate)) {
             return Err(IpoptError::Create);
         }
 
+        // Callbacks find the program through the context.
         let mut context = Context {
             program,
             jacobian: &self.jacobian,

@@ -2,8 +2,8 @@
 //! first one. The last rung always has a solution.
 
 use super::memory::Multipliers;
-use super::posed::{PosedContacts, solve_posed};
-use super::program::{Attempted, IpoptEffort, StartMultipliers};
+use super::posed::PosedContacts;
+use super::program::{Attempted, IpoptEffort, StartMultipliers, solve_posed};
 use super::{BODY, IpoptSolver, LADDER_RESIDUAL, Rung, missed_depth, start};
 use crate::step_nlp::ProgramPoint;
 use tumble_core::contact::certificate::{Certifier, Claim};
@@ -41,10 +41,6 @@ impl Rung {
             Self::NativeStart | Self::FreeFlight | Self::SharedWeight => StepStatus::Retried,
             Self::Native => StepStatus::Fallback,
         }
-    }
-
-    fn asks_native(self) -> bool {
-        matches!(self, Self::NativeStart | Self::Native)
     }
 }
 
@@ -166,8 +162,9 @@ impl Ladder {
         let IpoptSolver { program, memory, posed, start: x, end, .. } = &mut self.ipopt;
         let units = program.units;
         let free = units.state(&step.free[BODY]);
-        *posed = PosedContacts::closed(program, step, contacts, near);
+        *posed = program.closed(step, contacts, near);
         let mut multipliers = StartMultipliers::Estimated;
+        // Initial point and multipliers of each rung
         match rung {
             Rung::Warm => {
                 let known = memory.multipliers(step.previous);
@@ -305,9 +302,10 @@ impl StepSolver for Ladder {
         let budget = budget(most, candidates.contacts().len());
         let mut least = f64::INFINITY;
         let mut report = StepReport::without_problem(StepStatus::Failed);
+        // Rungs in order, within the budget of iterations
         for index in 0..self.rungs.len() {
             let rung = self.rungs[index];
-            if rung.asks_native() {
+            if matches!(rung, Rung::NativeStart | Rung::Native) {
                 self.ask_native(step, candidates)?;
             }
             let left = budget.saturating_sub(report.iterations);
@@ -320,6 +318,7 @@ impl StepSolver for Ladder {
             if rung != Rung::Native {
                 report.message = Some(attempted.status.name());
             }
+            // The best point of all rungs is kept.
             let is_solved = self.is_solved(step, contacts, attempted.converged);
             let residual = self.residual(step, contacts);
             if residual < least {

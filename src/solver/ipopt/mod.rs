@@ -21,8 +21,8 @@ use crate::ipopt::{BarrierStrategy, IpoptError, MultiplierStep, Options, Scaling
 use crate::step_nlp::{DissipationFactor, ProgramPoint, StepNlp};
 use clamping::Clamping;
 use memory::IpoptMemory;
-use posed::{PosedContacts, solve_posed};
-use program::{IpoptEffort, IpoptProgram, StartMultipliers};
+use posed::PosedContacts;
+use program::{IpoptEffort, IpoptProgram, StartMultipliers, solve_posed};
 use tumble_core::contact::{Candidates, Contact};
 use tumble_core::error::Error;
 #[cfg(feature = "save")]
@@ -232,7 +232,7 @@ impl IpoptSolver {
         let Self { program, memory, posed, start, end, accepted } = self;
         let limit = program.max_iterations();
         let depth = missed_depth(step, *accepted);
-        *posed = PosedContacts::closed(program, step, candidates.contacts(), depth);
+        *posed = program.closed(step, candidates.contacts(), depth);
         let multipliers = StartMultipliers::Estimated;
         let effort = IpoptEffort { multipliers, limit, depth, tightness: 1.0, compliance: 0.0 };
         let attempted = solve_posed(program, step, start, effort, candidates, posed, end)?;

@@ -3,12 +3,12 @@
 use super::BODY;
 use super::clamping::{Clamping, bounds};
 use super::memory::Multipliers;
-use super::posed::PosedContacts;
+use super::posed::{PosedContacts, gap};
 use super::rows::{BoundProgram, BoundRows};
 use super::units::ProgramUnits;
 use crate::ipopt::{self, Options, RawSolver, ReturnStatus};
 use crate::step_nlp::{DissipationFactor, ProgramPoint, SMOOTHING, StepNlp};
-use tumble_core::contact::Contact;
+use tumble_core::contact::{Candidates, Contact};
 use tumble_core::error::Error;
 use tumble_core::mechanics::State;
 use tumble_core::step::Step;
@@ -107,6 +107,18 @@ impl IpoptProgram {
         self.clamping == Clamping::Tutorial
     }
 
+    /// Contacts of the program in `step`. A contact counts as closed if free flight leaves a gap of
+    /// at most `near` (m).
+    pub(super) fn closed(
+        &self,
+        step: &Step<'_>,
+        candidates: &[Contact],
+        near: f64,
+    ) -> PosedContacts {
+        let (free, all) = (&step.free[BODY], self.is_tutorials());
+        PosedContacts::new(candidates, |_, contact| all || gap(contact, free) <= near)
+    }
+
     /// Number of contact points.
     pub(super) fn points(&self) -> usize {
         self.nlp.layout().contacts()
@@ -172,6 +184,7 @@ impl IpoptProgram {
         nlp.set_step(&units.state(&step.states[BODY]), &units.wrench(&step.wrenches[BODY]), active);
         nlp.anchor(effort.compliance, (0..layout.contacts()).map(|i| start.force(i)));
 
+        // Only rows with bounds go to Ipopt. Its start is cold, or has multipliers of the same rows.
         let bound = BoundRows::take(nlp, &mut bounds);
         let x = start.as_slice();
         let variables = layout.variables();
@@ -196,6 +209,7 @@ impl IpoptProgram {
             // The multipliers belong to a program of another size.
             StartMultipliers::Known(_) => ipopt::StartPoint::Cold { x },
         };
+        // The solver is kept while the rows are the same, with its structure.
         let known_rows = bound.rows().to_vec();
         let mut program = BoundProgram { nlp, rows: bound, interrupt: step.interrupt };
         let (_, solver) = match prepared {
@@ -204,6 +218,7 @@ impl IpoptProgram {
         };
         solver.set_limits(effort.limit, options.tolerance * effort.tightness)?;
         let outcome = solver.solve(&mut program, &bounds, &start)?;
+        // Without a point, the end is free flight.
         match outcome.point {
             Some(found) => end.as_mut_slice().copy_from_slice(found.x),
             None => end.set_free(&units.state(&step.free[BODY])),
@@ -220,4 +235,44 @@ impl IpoptProgram {
             multipliers: found.map(|point| Multipliers::new(posed.keys(candidates), point)),
         })
     }
+}
+
+/// Solves `step` with the contacts `posed` from `start`, and repeats with contacts that were
+/// missing. All solves share the limit in `effort`. On return `posed` holds the contacts of the
+/// last solve.
+pub(super) fn solve_posed(
+    program: &mut IpoptProgram,
+    step: &Step<'_>,
+    start: &ProgramPoint,
+    effort: IpoptEffort<'_>,
+    candidates: &mut Candidates,
+    posed: &mut PosedContacts,
+    end: &mut ProgramPoint,
+) -> Result<Attempted, Error> {
+    let IpoptEffort { limit, depth, .. } = effort;
+    // The tutorial's program has height rows of all points, so it is never skipped.
+    let mut attempted = if posed.indices().is_empty() && !program.is_tutorials() {
+        end.set_free(&program.units.state(&step.free[BODY]));
+        Attempted::free()
+    } else {
+        program.attempt(step, candidates.contacts(), posed, start, effort, end)?
+    };
+    while !program.is_tutorials() && attempted.converged && attempted.iterations < limit {
+        let next = program.next_state(step, end);
+        candidates.admit_missed(step.world, step.states, &[next], depth);
+        let contacts = candidates.contacts();
+        let wider = PosedContacts::new(contacts, |index, contact| {
+            posed.has(index) || gap(contact, &next) < -depth
+        });
+        if wider == *posed {
+            break;
+        }
+        *posed = wider;
+        let multipliers = StartMultipliers::Estimated;
+        let effort = IpoptEffort { multipliers, limit: limit - attempted.iterations, ..effort };
+        let before = attempted.iterations;
+        attempted = program.attempt(step, contacts, posed, start, effort, end)?;
+        attempted.iterations += before;
+    }
+    Ok(attempted)
 }

@@ -174,62 +174,16 @@ impl Certifier {
         if !claim.is_of(world) {
             return Certificate::UNKNOWN;
         }
-        let map = world.step_map();
-        let h = map.time_step;
-        let has_moments = world.has_turning_friction();
         self.begin(claim, &asked);
         let mut certificate = Certificate::default();
         for (contact, load) in claim.contacts.iter().zip(loads) {
-            let load: ContactLoad = load.into();
-            let ContactLoad { force, moment } = load;
-            if !asked(contact.key.body) {
-                continue;
+            if asked(contact.key.body) {
+                self.add_contact(world, claim, contact, &load.into(), &mut certificate);
             }
-            self.add_force(contact, &force);
-            let a = &self.poses[contact.key.body];
-            let b = contact.key.partner.body().map(|index| &self.poses[index]);
-            let u = contact.motion([&a.0, &a.1], b.map(|b| [&b.0, &b.1]), &map);
-            let u = contact.law_motion(u, world, claim.states, claim.next);
-            let mut p = force * (h / world.bodies()[contact.key.body].mass());
-            let mut w = u;
-            if let Some(tensor) = contact.friction_tensor(world, claim.states) {
-                (p, w) = (tensor.scaled_impulse(&p), tensor.scaled_motion(&u));
-            }
-            let parts = contact.law.residual(&contact.response, &contact.normal(), &p, &w);
-            certificate.normal_law = largest(certificate.normal_law, parts.normal);
-            certificate.friction_law = largest(certificate.friction_law, parts.friction);
-            certificate.cone = largest(certificate.cone, parts.cone);
-            if has_moments || moment != Vector3::zeros() {
-                let missed = self.add_moment(world, contact, &load);
-                certificate.friction_law = largest(certificate.friction_law, missed);
-            }
-            let through = -contact.normal().dot(&u);
-            certificate.penetration = largest(certificate.penetration, through);
         }
-        self.joint_motions.clear();
-        for (joint, force) in world.joints().iter().zip(claim.joints) {
-            let joint_motion = joint.step_motion(claim.states, claim.next, force, &map);
-            let parts = joint_motion.as_ref().and_then(|joint_motion| {
-                joint_motion.add_loads(joint, claim.states, force, &mut self.loads);
-                joint_motion.residual(joint, world.bodies(), claim.states, force, &map)
-            });
-            self.joint_motions.extend(joint_motion);
-            let (locked, drive) = parts.map_or((f64::NAN, f64::NAN), |of| (of.locked, of.drive));
-            certificate.joint = largest(certificate.joint, locked);
-            certificate.joint_law = largest(certificate.joint_law, drive);
-        }
-        for (gear, force) in world.gears().iter().zip(claim.gears) {
-            let joints = world.joints();
-            for (joint, load) in gear.loads(*force, claim.joints) {
-                joints[joint].add_loads(claim.states, &load, &map, &mut self.loads);
-            }
-            let missed = gear.residual(world, claim.states, claim.next, claim.joints, *force);
-            let part = match gear.drive() {
-                None => &mut certificate.joint,
-                Some(_) => &mut certificate.joint_law,
-            };
-            *part = largest(*part, missed);
-        }
+        self.add_joints(world, claim, &mut certificate);
+        let h = world.time_step();
+        // (18a) under all loads. A held body keeps its state. Points without a contact count in (18b).
         for (index, (body, poses)) in world.bodies().iter().zip(&self.poses).enumerate() {
             if !asked(index) {
                 continue;
@@ -265,8 +219,72 @@ impl Certifier {
             self.poses.clear();
             self.poses.extend(pairs.map(|(state, next)| (state.pose(), next.pose())));
         }
-        self.loads.clear();
-        self.loads.extend_from_slice(claim.wrenches);
+        claim.wrenches.clone_into(&mut self.loads);
+    }
+
+    /// Adds the load of a contact, and the parts of its law: (18b) to (18e), with moments (45).
+    fn add_contact(
+        &mut self,
+        world: &World,
+        claim: &Claim<'_>,
+        contact: &Contact,
+        load: &ContactLoad,
+        certificate: &mut Certificate,
+    ) {
+        let ContactLoad { force, moment } = *load;
+        self.add_force(contact, &force);
+        // Motion u of the touching point: slip, and gap over h or rebound (29).
+        let a = &self.poses[contact.key.body];
+        let b = contact.key.partner.body().map(|index| &self.poses[index]);
+        let u = contact.motion([&a.0, &a.1], b.map(|b| [&b.0, &b.1]), &world.step_map());
+        let u = contact.law_motion(u, world, claim.states, claim.next);
+        // Impulse per unit mass of A, the unit of the response. A friction axis scales both (46).
+        let mut p = force * (world.time_step() / world.bodies()[contact.key.body].mass());
+        let mut w = u;
+        if let Some(tensor) = contact.friction_tensor(world, claim.states) {
+            (p, w) = (tensor.scaled_impulse(&p), tensor.scaled_motion(&u));
+        }
+        let parts = contact.law.residual(&contact.response, &contact.normal(), &p, &w);
+        certificate.normal_law = largest(certificate.normal_law, parts.normal);
+        certificate.friction_law = largest(certificate.friction_law, parts.friction);
+        certificate.cone = largest(certificate.cone, parts.cone);
+        if world.has_turning_friction() || moment != Vector3::zeros() {
+            let missed = self.add_moment(world, contact, load);
+            certificate.friction_law = largest(certificate.friction_law, missed);
+        }
+        // (18b): the speed −u_n of the penetration.
+        let through = -contact.normal().dot(&u);
+        certificate.penetration = largest(certificate.penetration, through);
+    }
+
+    /// Adds the loads and the parts of joints (J7) and gears (J15).
+    fn add_joints(&mut self, world: &World, claim: &Claim<'_>, certificate: &mut Certificate) {
+        let map = world.step_map();
+        self.joint_motions.clear();
+        for (joint, force) in world.joints().iter().zip(claim.joints) {
+            let joint_motion = joint.step_motion(claim.states, claim.next, force, &map);
+            let parts = joint_motion.as_ref().and_then(|joint_motion| {
+                joint_motion.add_loads(joint, claim.states, force, &mut self.loads);
+                joint_motion.residual(joint, world.bodies(), claim.states, force, &map)
+            });
+            self.joint_motions.extend(joint_motion);
+            let (locked, drive) = parts.map_or((f64::NAN, f64::NAN), |of| (of.locked, of.drive));
+            certificate.joint = largest(certificate.joint, locked);
+            certificate.joint_law = largest(certificate.joint_law, drive);
+        }
+        // A drive of a sum has the law of an axis.
+        for (gear, force) in world.gears().iter().zip(claim.gears) {
+            let joints = world.joints();
+            for (joint, load) in gear.loads(*force, claim.joints) {
+                joints[joint].add_loads(claim.states, &load, &map, &mut self.loads);
+            }
+            let missed = gear.residual(world, claim.states, claim.next, claim.joints, *force);
+            let part = match gear.drive() {
+                None => &mut certificate.joint,
+                Some(_) => &mut certificate.joint_law,
+            };
+            *part = largest(*part, missed);
+        }
     }
 
     /// Adds a contact force to A at the touching point, and its opposite to B at the same world

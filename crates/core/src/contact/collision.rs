@@ -207,10 +207,12 @@ impl CollisionSearch<'_> {
         pair: &mut PairState<'_>,
         contacts: &mut Vec<Contact>,
     ) -> Option<Collision> {
+        // A pair at rest whose exact gap shows no overlap has no collision.
         let [a, b] = pair.colliders;
         if !*pair.is_bound && *pair.gap >= -self.depth && self.stays(a) && self.stays(b) {
             return None;
         }
+        // The gap within the step is at least the one at the end less the way of both pieces.
         let ends = (placed(self.world, self.end, a), placed(self.world, self.end, b));
         *pair.gap = distance_lower_bound(ends.0, ends.1, pair.hint);
         *pair.is_bound = true;
@@ -229,6 +231,7 @@ impl CollisionSearch<'_> {
         if moving[0].trajectory.angle().max(moving[1].trajectory.angle()) > LARGEST_TURN {
             self.miss(pair.colliders);
         }
+        // Depths: `fine` is ignored, `deep` and `passing` are beyond what contacts leave.
         let near = NEAR * extents[0].size.min(extents[1].size);
         // A tangent plane of a step leaves a gap by the curvature of both surfaces, as long as they do not part.
         let curved = [ends.0.0, ends.1.0].map(Piece::is_curved);
@@ -266,6 +269,7 @@ impl CollisionSearch<'_> {
             }
             self.first(&moving, most, pair)?;
         }
+        // Pairs that nearly touch at the start collide there.
         let was = (placed(self.world, self.start, a), placed(self.world, self.start, b));
         let (mut under, mut begins_near) = (0.0, false);
         if distance_lower_bound(was.0, was.1, pair.hint) <= touching {
@@ -311,6 +315,7 @@ impl CollisionSearch<'_> {
         contacts: &mut Vec<Contact>,
     ) {
         let before = contacts.len();
+        // A pair that passes or sinks lacks a contact. Round features get planes at the collision.
         self.place(pair.colliders, collision.share);
         self.touches(pair, SamplePose::Intermediate);
         let is_hidden_there = self.is_hidden;

@@ -73,6 +73,7 @@ pub(super) fn leaves_free<'a>(
     free: f64,
     ends: &mut Vec<f64>,
 ) -> bool {
+    // Two directions across n, from the world axis that is most perpendicular to it.
     let axis = Vector3::ith(n.iamin(), 1.0);
     let first = (axis - n * n.dot(&axis)).normalize();
     let second = n.cross(&first);
@@ -97,6 +98,7 @@ pub(super) fn leaves_free<'a>(
         let ways = lines.flat_map(|line| [line, -line]).filter(|w| has(of, w));
         ends.extend(ways.map(|w| libm::atan2(second.dot(&w), first.dot(&w))));
     }
+    // Angle from one end to the next one.
     let after = |from: f64| {
         // Angles differ by less than a turn.
         let positive = |turn: f64| if turn < 0.0 { turn + TAU } else { turn };

@@ -9,7 +9,7 @@ use super::curved::{Core, CorePair, Curved};
 use super::terrain_seams::is_triangle;
 use super::{Contact, ContactKey, Features, PairFeatures, Partner, frame_along};
 use crate::geometry::{CorePart, Ellipsoid, Feature, ManifoldPoint, Piece, PieceSide};
-use crate::mechanics::{Pose, RigidBody, State};
+use crate::mechanics::{Pose, State};
 use crate::world::World;
 use nalgebra::Vector3;
 
@@ -47,6 +47,7 @@ impl ContactBuilder<'_> {
             feature: touch.feature,
             plane,
         };
+        // Two round features have an exact gap (4a).
         if let Feature::Round(..) = touch.feature
             && plane == 0
             && let Some(contact) = self.round_contact(touch, features)
@@ -56,13 +57,19 @@ impl ContactBuilder<'_> {
         match (of_point.owner, of_plane.owner) {
             (PieceOwner::Body(body), owner) => {
                 let mut features = features;
+                // All coplanar triangles of a terrain are one plane.
                 let mut plane = (touch.normal, touch.offset);
                 if is_triangle(self.world, of_plane) {
                     plane = self.plane_of_patch(touch, &mut features).unwrap_or(plane);
                 }
                 let key = ContactKey {
                     body,
-                    point: self.corner(body, of_point, part_of(touch)),
+                    // A face is named by its vertex 0.
+                    point: self.corner(
+                        body,
+                        of_point,
+                        part_on(touch.feature, touch.point_of).unwrap_or(CorePart::Vertex(0)),
+                    ),
                     partner: owner.partner(),
                     pair: Some(features),
                 };
@@ -73,6 +80,7 @@ impl ContactBuilder<'_> {
                     plane.1,
                 );
                 let piece = &self.world.bodies()[body].pieces()[of_point.piece];
+                // Ellipsoids and discs touch where they are lowest (4c).
                 if let Some(one) = ellipsoid(piece, touch.feature) {
                     self.roll(&mut features, one, (body, owner));
                 }
@@ -145,7 +153,9 @@ impl ContactBuilder<'_> {
         let body = &self.world.bodies()[body];
         let vertex = match part {
             CorePart::Vertex(vertex) => vertex,
-            CorePart::Edge(edge) => first_end(body, collider, edge),
+            CorePart::Edge(edge) => {
+                body.pieces()[collider.piece].core().edges()[edge as usize].vertices[0]
+            }
             CorePart::Lateral => return body.ellipsoid_point(collider.piece, 0),
             CorePart::End(end) => return body.ellipsoid_point(collider.piece, end as usize),
         };
@@ -183,21 +193,19 @@ impl ContactBuilder<'_> {
     }
 }
 
-/// Vertex or edge at the point of a geometric contact, on the piece that owns the point.
-///
-/// Vertex 0 if the point is inside a face.
-fn part_of(touch: &ManifoldPoint) -> CorePart {
-    match (touch.feature, touch.point_of) {
-        (Feature::Vertex(side, vertex), of) if side == of => CorePart::Vertex(vertex),
+/// Vertex, edge or ellipsoid of `feature` on one side. `None` for a face.
+pub(super) fn part_on(feature: Feature, side: PieceSide) -> Option<CorePart> {
+    Some(match (feature, side) {
+        (Feature::Vertex(of, vertex), side) if of == side => CorePart::Vertex(vertex),
         (Feature::Edges(edge, _), PieceSide::A) | (Feature::Edges(_, edge), PieceSide::B) => {
             CorePart::Edge(edge)
         }
         (Feature::Vertices(vertex, _), PieceSide::A)
         | (Feature::Vertices(_, vertex), PieceSide::B) => CorePart::Vertex(vertex),
         (Feature::Round(part, _), PieceSide::A) | (Feature::Round(_, part), PieceSide::B) => part,
-        (Feature::Ellipsoid(side, one), of) if side == of => CorePart::End(one),
-        (Feature::Vertex(..) | Feature::Ellipsoid(..), _) => CorePart::Vertex(0),
-    }
+        (Feature::Ellipsoid(of, one), side) if of == side => CorePart::End(one),
+        (Feature::Vertex(..) | Feature::Ellipsoid(..), _) => return None,
+    })
 }
 
 /// Ellipsoid of `feature`, which is of `piece`. `None` for another feature.
@@ -266,9 +274,4 @@ fn turned_about(touch: &ManifoldPoint, pose: &Pose) -> Features {
     let foot = surface - normal * touch.gap;
     let point = pose.rotation.tr_mul(&(foot - pose.position));
     Features::from_plane(point, 0.0, frame_along(&-normal), -normal.dot(&surface))
-}
-
-/// First vertex of an edge of a body's piece.
-fn first_end(body: &RigidBody, collider: Collider, edge: u32) -> u32 {
-    body.pieces()[collider.piece].core().edges()[edge as usize].vertices[0]
 }

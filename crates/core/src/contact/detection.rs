@@ -178,7 +178,6 @@ fn is_flat(point: &ContactPoint, ground: &Plane, pose: &Pose) -> bool {
     point.smooth().is_some_and(|one| one.is_across(&pose.rotation.tr_mul(ground.normal())))
 }
 
-/// A state and its pose.
 type PlacedState<'a> = (&'a State, &'a Pose);
 
 /// Contact of a body's point with the ground of the world. An ellipsoid touches at its nearest

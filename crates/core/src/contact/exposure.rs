@@ -36,7 +36,7 @@
 
 use super::collider::{Collider, PieceOwner, placed, size};
 use super::cones::{LEVEL, LocalSurface, is_in_cone, is_on_its_side, leaves_free, rise};
-use super::contact_builder::ellipsoid;
+use super::contact_builder::{ellipsoid, part_on};
 use super::partners::Partners;
 use crate::contact::Partner;
 use crate::geometry::{
@@ -254,6 +254,7 @@ impl Exposure<'_> {
         let placed = self.colliders.map(|collider| placed(self.world, poses, collider));
         let mut faces = std::mem::take(&mut scratch.faces);
         faces.clear();
+        // Height of the deepest point of the other piece above each flat face.
         for side in [PieceSide::A, PieceSide::B] {
             let ((piece, pose), (other, other_pose)) = match side {
                 PieceSide::A => (placed[0], placed[1]),
@@ -275,6 +276,7 @@ impl Exposure<'_> {
                 faces.push(FaceOfPair { side, face, height, point, normal });
             }
         }
+        // The least overlap belongs to the greatest height.
         faces.sort_unstable_by(|one, other| other.height.total_cmp(&one.height));
         let mut is_exposed = |of: &&FaceOfPair| {
             let side = usize::from(of.side == PieceSide::B);
@@ -401,20 +403,23 @@ impl Exposure<'_> {
         let centre = of_point.position + of_point.rotation * touch.point;
         let on_point = centre - normal * touch.point_radius;
         let on_plane = on_point - normal * touch.gap;
-        let of = |pose: &Pose, point: Vector3<f64>, normal: Vector3<f64>, side: PieceSide| {
-            SurfacePoint {
-                point: pose.rotation.tr_mul(&(point - pose.position)),
-                normal: pose.rotation.tr_mul(&normal),
-                part: part_on(touch.feature, side),
-            }
-        };
+        let surface_point =
+            |pose: &Pose, point: Vector3<f64>, normal: Vector3<f64>, side: PieceSide| {
+                SurfacePoint {
+                    point: pose.rotation.tr_mul(&(point - pose.position)),
+                    normal: pose.rotation.tr_mul(&normal),
+                    part: part_on(touch.feature, side),
+                }
+            };
         match touch.point_of {
-            PieceSide::A => {
-                [of(a, on_point, -normal, PieceSide::A), of(b, on_plane, normal, PieceSide::B)]
-            }
-            PieceSide::B => {
-                [of(a, on_plane, normal, PieceSide::A), of(b, on_point, -normal, PieceSide::B)]
-            }
+            PieceSide::A => [
+                surface_point(a, on_point, -normal, PieceSide::A),
+                surface_point(b, on_plane, normal, PieceSide::B),
+            ],
+            PieceSide::B => [
+                surface_point(a, on_plane, normal, PieceSide::A),
+                surface_point(b, on_point, -normal, PieceSide::B),
+            ],
         }
     }
 
@@ -434,6 +439,7 @@ impl Exposure<'_> {
     ) -> bool {
         let within = self.flush_within(poses);
         let (piece, pose) = placed(self.world, poses, self.colliders[side]);
+        // (4d) is examined at the edge or vertex itself, where the normals of all its faces meet.
         let point = on_edge(piece, at);
         let x = pose.position + pose.rotation * point;
         let ExposureScratch { own, others, beside, exposed, ends, .. } = scratch;
@@ -455,6 +461,7 @@ impl Exposure<'_> {
         if !is_on_its_side(std::iter::once(&*own).chain(others), &n, &(centre - x)) {
             return false;
         }
+        // n also exists if it is a combination of the normals of own faces that are exposed.
         if others.iter().any(|other| !is_in_cone(&other.normals, &n)) {
             exposed.clear();
             for index in 0..own.normals.len() {
@@ -467,6 +474,7 @@ impl Exposure<'_> {
                 return false;
             }
         }
+        // (4e): an end of the level part leaves more than half of the circle free, and half for an edge.
         let free = match at.part {
             Some(CorePart::Vertex(_)) => PI + LEVEL,
             Some(CorePart::Edge(_) | CorePart::Lateral) => PI - LEVEL,
@@ -515,7 +523,9 @@ impl Exposure<'_> {
             PieceOwner::Body(body) => self.world.rigid_group(body),
             PieceOwner::Fixed(_) => 0,
         };
+        // Pieces that joints fix to each other have one group. Group 0 is fixed.
         let own = group(self.colliders[side].owner);
+        // The ground is a half space with one normal.
         if let (PieceOwner::Body(body), Some(ground)) = (toucher, self.world.ground())
             && self.world.may_touch(body, Partner::Ground)
         {
@@ -529,6 +539,7 @@ impl Exposure<'_> {
                 height <= within
             });
         }
+        // Other pieces count where their bounding sphere contains x.
         let mut add = |number: usize, other: Collider| {
             if !self.may_hide(side, number, other) {
                 return;
@@ -576,6 +587,7 @@ impl Exposure<'_> {
             }
             w.try_normalize(LEVEL)
         };
+        // (4d) at a point of the own face beside x.
         let is_clear = |w: &Vector3<f64>, normals: &mut Vec<Vector3<f64>>| {
             if own.normals.iter().any(|n| n.dot(m) < 1.0 - LEVEL && n.dot(w) > LEVEL) {
                 return false;
@@ -587,6 +599,7 @@ impl Exposure<'_> {
             });
             clear
         };
+        // Away from each hiding face, and away from all of them.
         let mut sum = Vector3::zeros();
         for other in hiding() {
             for away in &other.normals {
@@ -639,20 +652,4 @@ fn on_edge(piece: &Piece, at: &SurfacePoint) -> Vector3<f64> {
     let Some(edge) = piece.core().edges().get(edge as usize) else { return at.point };
     let [from, to] = edge.vertices.map(|end| piece.core().vertices()[end as usize]);
     closest_on_segment(&at.point, &from, &(to - from)) + at.normal * piece.radius()
-}
-
-/// Vertex or edge of `feature` on one side.
-fn part_on(feature: Feature, side: PieceSide) -> Option<CorePart> {
-    match (feature, side) {
-        (Feature::Vertex(of, vertex), side) if of == side => Some(CorePart::Vertex(vertex)),
-        (Feature::Edges(edge, _), PieceSide::A) | (Feature::Edges(_, edge), PieceSide::B) => {
-            Some(CorePart::Edge(edge))
-        }
-        (Feature::Vertices(vertex, _), PieceSide::A)
-        | (Feature::Vertices(_, vertex), PieceSide::B) => Some(CorePart::Vertex(vertex)),
-        (Feature::Round(part, _), PieceSide::A) | (Feature::Round(_, part), PieceSide::B) => {
-            Some(part)
-        }
-        (Feature::Vertex(..) | Feature::Ellipsoid(..), _) => None,
-    }
 }

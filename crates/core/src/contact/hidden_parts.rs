@@ -226,7 +226,9 @@ fn add_hidden_stretches(
     let Some(own) = SurfacesAt::new(piece, &ends, MEETS * within, heights) else { return };
     let mut of_piece = |(number, other): &(usize, &Piece)| {
         let theirs = SurfacesAt::new(other, &ends, MEETS * within, heights)?;
+        // Faces of both pieces that lie against each other.
         let sides = own.on.iter().filter(|s| theirs.has(&-*s));
+        // The other own faces are perpendicular to s and parallel, and the other piece goes on with them.
         let is_flush = |s: &Vector3<f64>| {
             let faces = || own.on.iter().filter(|m| *m != s);
             let perpendicular = faces().all(|m| m.dot(s).abs() <= PARALLEL);
@@ -242,6 +244,7 @@ fn add_hidden_stretches(
         if !sides.into_iter().any(is_flush) {
             return None;
         }
+        // Common stretch of the edge, as a share of its length.
         let both = [own.stretch(CLEAR * within), theirs.stretch(CLEAR * within)];
         let (from, to) = (both[0][0].max(both[1][0]), both[0][1].min(both[1][1]));
         (from < to).then(|| HiddenPart {
@@ -274,6 +277,7 @@ fn hidden_vertex(
     let all: Vec<_> = all.collect();
     let level =
         |surfaces: &SurfacesAt| LocalSurface { normals: surfaces.on.clone(), is_rigid: true };
+    // A vertex in the plane u with two sides across it.
     own.on.iter().find_map(|u| {
         let is_side = |m: &&Vector3<f64>| (*m - u).norm() > PARALLEL && (*m + u).norm() > PARALLEL;
         let sides: Vec<_> = own.on.iter().filter(is_side).collect();
@@ -282,6 +286,7 @@ fn hidden_vertex(
             return None;
         }
         let others: Vec<_> = all.iter().filter(|(_, near)| near.has(u)).collect();
+        // True if another piece goes on with u beyond the side s, along the edge that leaves the vertex.
         let ends = |s: &Vector3<f64>, other: &Vector3<f64>| {
             let along = u.cross(s);
             let along = if along.dot(other) > 0.0 { -along } else { along };
@@ -290,6 +295,7 @@ fn hidden_vertex(
         if !(ends(first, second) && ends(second, first)) {
             return None;
         }
+        // (4e): hidden unless the level parts leave half of the circle free.
         let own_level = std::iter::once(level(&own));
         let levels: Vec<_> = own_level.chain(others.iter().map(|(_, near)| level(near))).collect();
         let is_free = leaves_free(levels.iter(), u, PI - LESS, &mut Vec::new());

@@ -28,8 +28,8 @@ pub(super) struct Neighbour {
     pub(super) gap: f64,
     /// True if `gap` is a lower bound.
     pub(super) is_bound: bool,
-    /// Range of the pair's contacts at the last step's start in [`Memory::kept`].
-    pub(super) kept: Range<usize>,
+    /// Range of the pair's contacts at the last step's start in [`Memory::pair_contacts`].
+    pub(super) contacts: Range<usize>,
     /// Room at the last step's start, for a triangle of a terrain.
     #[cfg_attr(feature = "save", serde(skip))]
     pub(super) clearance: Clearance,
@@ -78,10 +78,10 @@ pub(crate) struct Memory {
     /// Poses at the last step's start. A pair of bodies that have not moved reuses its contacts.
     pub(super) start: Vec<Pose>,
     /// Contacts at the last step's start, by pair.
-    pub(super) kept: Vec<Contact>,
+    pub(super) pair_contacts: Vec<Contact>,
     /// Contacts added within the last step. They stay while neither body moves, because the bodies
     /// would otherwise collide again.
-    pub(super) joined: Vec<Contact>,
+    pub(super) added: Vec<Contact>,
 }
 
 impl Memory {
@@ -92,15 +92,15 @@ impl Memory {
 
     /// Copies `other` into the buffers of this one.
     pub(crate) fn copy_from(&mut self, other: &Self) {
-        let Self { boxes, searched, pairs, end, from, start, kept, joined } = other;
+        let Self { boxes, searched, pairs, end, from, start, pair_contacts, added } = other;
         self.boxes.clone_from(boxes);
         self.searched.clone_from(searched);
         self.pairs.clone_from(pairs);
         self.end.clone_from(end);
         self.from.clone_from(from);
         self.start.clone_from(start);
-        self.kept.clone_from(kept);
-        self.joined.clone_from(joined);
+        self.pair_contacts.clone_from(pair_contacts);
+        self.added.clone_from(added);
     }
 
     /// True if this state fits `world`: all its counts match, and all bodies and pieces exist.
@@ -114,14 +114,14 @@ impl Memory {
             self.boxes.is_empty() || self.boxes.len() == own && self.searched.len() == bodies;
         let is_known = |pair: &Neighbour| {
             let [first, second] = pair.colliders;
-            let Range { start, end } = pair.kept;
-            first < own && second < pieces && start <= end && end <= self.kept.len()
+            let Range { start, end } = pair.contacts;
+            first < own && second < pieces && start <= end && end <= self.pair_contacts.len()
         };
         is_searched
             && [self.end.len(), self.from.len(), self.start.len()].into_iter().all(one_a_body)
             && self.pairs.iter().all(is_known)
             && self.pairs.is_sorted_by(|a, b| a.colliders < b.colliders)
-            && self.kept.iter().chain(&self.joined).all(|contact| contact.key.is_of(world))
+            && self.pair_contacts.iter().chain(&self.added).all(|contact| contact.key.is_of(world))
     }
 
     /// Removes the pairs and contacts of a body with the given pieces.
@@ -180,22 +180,22 @@ impl Memory {
         piece: impl Fn(usize) -> Option<usize>,
         body: impl Fn(usize) -> Option<usize> + Copy,
     ) {
-        let Self { pairs, kept, joined, .. } = self;
+        let Self { pairs, pair_contacts, added, .. } = self;
         let renumbered =
             |contact: &Contact| Some(Contact { key: contact.key.renumbered(body)?, ..*contact });
-        let before = std::mem::take(kept);
+        let before = std::mem::take(pair_contacts);
         pairs.retain_mut(|pair| {
             let (Some(first), Some(second)) = (piece(pair.colliders[0]), piece(pair.colliders[1]))
             else {
                 return false;
             };
             pair.colliders = [first, second];
-            let begin = kept.len();
-            kept.extend(before[pair.kept.clone()].iter().filter_map(renumbered));
-            pair.kept = begin..kept.len();
+            let begin = pair_contacts.len();
+            pair_contacts.extend(before[pair.contacts.clone()].iter().filter_map(renumbered));
+            pair.contacts = begin..pair_contacts.len();
             true
         });
-        *joined = joined.iter().filter_map(renumbered).collect();
+        *added = added.iter().filter_map(renumbered).collect();
     }
 }
 

@@ -90,7 +90,6 @@ use nalgebra::{Matrix3, Vector3};
 /// A body and its pose at the start of a step.
 pub type PlacedBody<'a> = (&'a RigidBody, &'a Pose);
 
-/// Key, features and law of a contact.
 type PairDetection = (ContactKey, Features, ContactLaw);
 
 /// A point of body A against a plane of body B or of the ground, with the data of the configuration
@@ -199,6 +198,7 @@ impl Contact {
         beyond: f64,
         gap: impl FnOnce(&Vector3<f64>, &Vector3<f64>) -> f64,
     ) -> Self {
+        // Axes and lever of the touching point on A.
         let frame = b.map_or(features.frame, |(_, b)| b.rotation * features.frame);
         let normal = frame.column(2).into_owned();
         let mut lever = features.point;
@@ -207,6 +207,7 @@ impl Contact {
         }
         let arm = pose.rotation * lever;
         let torque_map = torque_map_of(&lever, &pose.rotation);
+        // W of section 7, per unit mass of A: both bodies, at their attitudes of k.
         let mut response = Response::at_point(body, &torque_map, &frame);
         if let Some((other, other_pose)) = b {
             let arm = pose.position + arm - other_pose.position;
@@ -215,6 +216,7 @@ impl Contact {
             let share = Response::at_point(other, &torque_map, &frame);
             response = response.plus(&share.times(body.mass() / other.mass()));
         }
+        // A gap within its rounding (21) is zero.
         let gap = gap(&normal, &arm);
         let mut noise = rounding::gap(&normal, &pose.position, features.offset, &arm);
         if let Some((_, other)) = b {

@@ -104,6 +104,7 @@ impl KnownErrors {
             *version = check.partners.version();
             end.clear();
         }
+        // A contact between bodies at rest keeps its error.
         motions.clear();
         let ends = check.start.iter().zip(check.end).enumerate();
         motions.extend(ends.map(|(body, (from, to))| {
@@ -125,6 +126,7 @@ impl KnownErrors {
                 Motion::Rests => fastest,
                 Motion::Moves | Motion::Stops => check.fastest_near(contact, motions),
             };
+            // The error of the last step, if bodies, contact and surroundings are the same.
             let place = match motion {
                 Motion::Rests => index.place(contacts, &contact.key, next.0.len()),
                 Motion::Moves | Motion::Stops => None,
@@ -142,10 +144,10 @@ impl KnownErrors {
             }
             most = largest(most, error);
         }
+        // Contacts whose surroundings do not move are known in the next step.
         std::mem::swap(contacts, &mut next.0);
         std::mem::swap(errors, &mut next.1);
-        end.clear();
-        end.extend_from_slice(check.end);
+        check.end.clone_into(end);
         most
     }
 }
@@ -195,6 +197,7 @@ impl PlacementCheck<'_> {
             if contact.bounces() { (self.start, false) } else { (self.end, true) };
         let pieces = named.map(|(_, collider)| placed(self.world, poses, collider).0);
         let length = size(pieces[0]).min(size(pieces[1]));
+        // ϑ, τ, δ_φ and δ_x of (18g). A bouncing contact is judged at the start, to first order in ϑ.
         let (turned, travel) = (self.turn(contact), self.travel(contact));
         let rounding = ROUNDING * length;
         let reach = self.reach(contact);
@@ -208,6 +211,7 @@ impl PlacementCheck<'_> {
         let gap = contact.gap_at(a.1, b_pose);
         let (normal, on_a) = touching_point(contact, a.1, b.1);
         let on_b = on_a - normal * gap;
+        // s, the largest separation along the normals that count.
         let along = |n: &Vector3<f64>| -extent(a, &-n) - extent(b, n);
         let mut separation = along(&normal);
         for other in self.normals(contact, &normal, a.1) {
@@ -215,6 +219,7 @@ impl PlacementCheck<'_> {
         }
         let PlacementScratch { exposure, hint, pair } = scratch;
         let continued = contact.features.curved.as_ref().and_then(Curved::cores).is_some();
+        // |s − φ| − δ_φ. The continued gap (4b) of two cores may be less than s.
         let misses = |separation: f64, overlap: f64| match separation - gap {
             above if above > 0.0 && continued => 0.0,
             other => other.abs() - rounding - second_order - overlap,
@@ -225,6 +230,7 @@ impl PlacementCheck<'_> {
         // A plane of a terrain belongs to all triangles in it.
         let off_b = if self.is_on_terrain(contact) { 0.0 } else { far(b, &on_b) };
         let beside = far(a, &on_a).max(off_b) - slack;
+        // The shortest line counts only where the other normals give an error, because it costs a search.
         let mut error = misses(separation, 0.0).max(beside).max(0.0);
         if error > 0.0 {
             let nearest = signed_distance(a, b, hint, pair);
@@ -237,6 +243,7 @@ impl PlacementCheck<'_> {
         if error > 0.0 {
             return error;
         }
+        // The faces at x have to be exposed (4d), at one end of the step.
         let other_end = if is_end { self.start } else { self.end };
         let overlap = rounding + (gap - separation).max(0.0);
         let allowed = Allowance { angle: turned, way: slack, overlap };
@@ -265,20 +272,20 @@ impl PlacementCheck<'_> {
         allowed: Allowance,
         scratch: &mut ExposureScratch,
     ) -> bool {
-        let of = Exposure {
+        let exposed = Exposure {
             world: self.world,
             partners: self.partners,
             colliders: colliders.map(|(_, collider)| collider),
             numbers: colliders.map(|(number, _)| number),
         };
-        let both = of.colliders.map(|collider| placed(self.world, poses, collider));
+        let both = exposed.colliders.map(|collider| placed(self.world, poses, collider));
         let [a, b] = both.map(|(_, pose)| pose);
         let b_pose = matches!(contact.key.partner, Partner::Body(_)).then_some(b);
         let (normal, on_a) = touching_point(contact, a, b);
         let points = [on_a, on_a - normal * contact.gap_at(a, b_pose)];
         let mut is_shown_at = |shift: Vector3<f64>| {
             let points = [(points[0] + shift, -normal), (points[1] + shift, normal)];
-            of.shows(points, poses, (&[self.start, self.end], allowed.angle), scratch)
+            exposed.shows(points, poses, (&[self.start, self.end], allowed.angle), scratch)
         };
         if is_shown_at(Vector3::zeros()) {
             return true;
@@ -289,7 +296,7 @@ impl PlacementCheck<'_> {
         }
         let along = libm::cos(allowed.angle + ACROSS);
         let is_other = |m: &Vector3<f64>| normal.dot(m).abs() < along;
-        let best = of.best_exposed_face(poses, &[self.start, self.end], is_other, scratch);
+        let best = exposed.best_exposed_face(poses, &[self.start, self.end], is_other, scratch);
         best.is_none_or(|best| best.height < -allowed.overlap)
     }
 

@@ -325,8 +325,7 @@ impl Rebound {
 
     pub(super) fn set_shares(&mut self, shares: &[f64]) {
         if !self.free.is_empty() {
-            self.shares.clear();
-            self.shares.extend_from_slice(shares);
+            shares.clone_into(&mut self.shares);
         }
     }
 

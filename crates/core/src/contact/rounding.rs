@@ -96,6 +96,7 @@ pub fn forces(
             *torques += torque;
         }
     };
+    // Forces of contacts act on both bodies.
     for (contact, load) in claim.contacts.iter().zip(loads) {
         let ContactLoad { force, moment } = load.into();
         let place = states[contact.key.body].position + contact.arm;
@@ -104,6 +105,7 @@ pub fn forces(
             add(Some(body), force.norm(), arm * force.norm() + moment.norm());
         }
     }
+    // Forces of joints act at their anchors.
     let sides = |joint: &Joint| [Some(joint.body()), joint.other()];
     for (joint, load) in world.joints().iter().zip(claim.joints) {
         for (body, frame) in sides(joint).into_iter().zip(joint.frames()) {
@@ -111,6 +113,7 @@ pub fn forces(
             add(body, force, frame.anchor.norm() * force + load.torque.norm());
         }
     }
+    // A gear acts along two axes, p and r p.
     for (gear, load) in world.gears().iter().zip(claim.gears) {
         for (axis, size) in gear.axes().iter().zip([*load, gear.ratio() * load]) {
             let joint = &world.joints()[axis.joint];
@@ -120,6 +123,7 @@ pub fn forces(
             }
         }
     }
+    // (22a): δu_f = 4ε₀h max(Σ|f|/m + ℓ‖I⁻¹‖Σ|τ|).
     let speeds = world.bodies().iter().zip(&sums).map(|(body, (forces, torques))| {
         forces / body.mass() + body.reach() * body.inertia_inverse().norm() * torques
     });

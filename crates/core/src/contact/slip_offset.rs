@@ -289,10 +289,8 @@ impl InstantMotions {
     /// Takes the states with the velocities of the instant, and those after free flight. Without
     /// states, slips have no offset.
     pub fn set(&mut self, instants: &[State], free: &[State]) {
-        self.instants.clear();
-        self.instants.extend_from_slice(instants);
-        self.free.clear();
-        self.free.extend_from_slice(free);
+        instants.clone_into(&mut self.instants);
+        free.clone_into(&mut self.free);
         self.now.clear();
         self.predicted.clear();
     }
@@ -313,6 +311,7 @@ impl InstantMotions {
         if world.has_turning_friction() && contact.turning_friction(world).rolling > 0.0 {
             contact.turning_offset = self.turning_offset(world, states, contact);
         }
+        // Without motion and surfaces there is no slip.
         let is_still = |body: usize| {
             let State { velocity, spin, .. } = &self.instants[body];
             [velocity, spin].iter().all(|motion| **motion == Vector3::zeros())
@@ -327,19 +326,23 @@ impl InstantMotions {
         let a = self.now(world, states, own);
         let b = other.map(|body| self.now(world, states, body));
         let velocities = [Some(a.velocity), b.map(|b| b.velocity)];
+        // Slip s of the instant at the touching point.
         let point = self.instants[own].position + contact.arm;
         let velocity = contact.relative_velocity(world, &self.instants, velocities, &point);
         let normal = contact.normal();
         let slip = velocity - normal * normal.dot(&velocity);
         let speed = slip.norm();
+        // A slip that smooth accelerations explain has no direction. It has (38a), or no offset.
         let is_slow = speed <= FAST * (a.smooth_change + b.map_or(0.0, |b| b.smooth_change));
         let moves = contact.features.curved.is_some() || contact.rolls() && other.is_some();
         if is_slow && !(moves && self.goes_on(world, states, contact)) {
             return;
         }
+        // Step with the velocities 2V − w.
         let map = world.step_map();
         let a = self.predicted(states, own, &map);
         let b = other.map(|body| self.predicted(states, body, &map));
+        // (38a): o = ½(E − nnᵀ)(Ω_A×m_A − Ω_B×m_B), with the ways m of the touching point in A and B.
         contact.slip_offset = if is_slow {
             let spin = |body: usize| {
                 let State { attitude, spin, .. } = self.extrapolated(states, body);
@@ -354,6 +357,7 @@ impl InstantMotions {
             let mut rolling = spin(own).cross(&way_a);
             if let Some((body, poses)) = other.zip(b.as_ref()) {
                 let mut way_b = way(poses, &contact.foot(&poses[0], &touched[0]));
+                // Seen from B, the plane has m_B = m_A − A_B A_B⁺ᵀ ζ⁺.
                 if contact.features.curved.is_none() {
                     way_b = way_a - poses[0].rotation * poses[1].rotation.tr_mul(&way_b);
                 }
@@ -361,6 +365,7 @@ impl InstantMotions {
             }
             (rolling - normal * normal.dot(&rolling)) * 0.5
         } else {
+            // (38): o = −(E − ŝŝᵀ) u_t(2V − w).
             let mut u =
                 contact.motion([&a[0], &a[1]], b.as_ref().map(|[from, to]| [from, to]), &map);
             if world.has_surfaces() {

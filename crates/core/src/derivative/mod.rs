@@ -117,17 +117,10 @@ impl StateChange {
     /// Change that turns `from` into `to`, with a rotation of at most half a turn; the inverse of
     /// [`StateChange::applied`].
     pub fn between(from: &State, to: &State) -> Self {
-        let conjugated = |q: &Vector4<f64>| Vector4::new(q[0], -q[1], -q[2], -q[3]);
-        let mut q = quaternion::left(&conjugated(&from.attitude)) * to.attitude;
-        if q[0] < 0.0 {
-            q = -q;
-        }
-        let vector = Vector3::new(q[1], q[2], q[3]);
-        let sin = vector.norm();
-        let angle = 2.0 * libm::atan2(sin, q[0]);
+        let turn = quaternion::product(&quaternion::conjugated(&from.attitude), &to.attitude);
         Self {
             position: to.position - from.position,
-            turn: if sin > 0.0 { vector * (angle / sin) } else { vector },
+            turn: quaternion::rotation_vector(&turn),
             velocity: to.velocity - from.velocity,
             spin: to.spin - from.spin,
         }

@@ -143,10 +143,12 @@ impl Placement {
         };
         let own_point = a.stretch.component_mul(point);
         match self {
+            // Points and planes move and stretch with their bodies.
             Self::Fixed | Self::Unknown => {
                 let (normal, offset) = face();
                 FeatureChange { point: own_point, radius: a.radius, normal, offset }
             }
+            // Two edges cross along an axis: the point slides along the edge of A.
             Self::Crossing { of_a, of_b, axis } => {
                 let (normal, offset) = face();
                 let (along, turned) = match axis {
@@ -157,6 +159,7 @@ impl Placement {
                 let point = own_point + a.rotation.tr_mul(&slid);
                 FeatureChange { point, radius: a.radius, normal, offset }
             }
+            // Nearest points of two edges, and the normal across both.
             Self::Edges { of_a, of_b } => {
                 let (u, v, y) = (of_a.along, of_b.along, of_b.from);
                 let (by_a, by_b) = (a.linear(), b.linear());
@@ -308,7 +311,6 @@ impl PlacedPair<'_> {
         from.abs().min((line.along.norm() - from).abs())
     }
 
-    /// True if `point` is a vertex of `piece`.
     fn is_vertex(&self, piece: &Piece, point: &Vector3<f64>) -> bool {
         piece.core().vertices().iter().any(|vertex| (vertex - point).norm() <= SAME * self.size())
     }

@@ -31,6 +31,7 @@ pub(crate) fn nearest_untracked(
             }
         }
     }
+    // Without other bodies and fixed pieces only the ground counts.
     if states.len() == 1 && world.fixed_count() == 0 {
         return nearest;
     }
@@ -53,15 +54,18 @@ pub(crate) fn nearest_untracked(
         .chain(fixed.map(|(index, fixed)| (Partner::Fixed(index), 0, &fixed.piece)))
         .map(|(of, number, piece)| (placed(of, number, piece), piece))
         .collect();
+    // Pieces of bodies come first, so that the loops end at the first fixed one.
     let (mut hint, mut scratch) = (Hint::default(), PairScratch::default());
     let first = world.fixed().len();
     for (index, terrain) in world.terrains().iter().enumerate() {
-        let of = Partner::Fixed(first + index);
+        let owner = Partner::Fixed(first + index);
         for (a, of_a) in all.iter().take_while(|(a, _)| a.0.body().is_some()) {
-            let Some(body) = a.0.body().filter(|body| world.may_touch(*body, of)) else { continue };
+            let Some(body) = a.0.body().filter(|body| world.may_touch(*body, owner)) else {
+                continue;
+            };
             // A piece with a contact is held by it wherever it touches the terrain.
             let is = |key: &ContactKey| {
-                (key.body, key.partner) == (body, of)
+                (key.body, key.partner) == (body, owner)
                     && key.pair.is_some_and(|pair| pair.pieces.0 == a.1)
             };
             if is_seen(&is) {

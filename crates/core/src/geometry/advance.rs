@@ -155,17 +155,20 @@ pub fn first_overlap(
         if now.distance <= -0.5 * depth {
             return Advance::Met(share);
         }
+        // Length that the gap along the present axis keeps clear.
         let (room, rest) = (now.distance + depth, 1.0 - share);
         let step = standing(a, b, share, &now, room);
         if share + step >= 1.0 || step.is_nan() {
             return Advance::Clear;
         }
+        // If that is more than half of the stride, the bound by a turning axis is not needed.
         let far = rest.min(stride);
         if step > 0.5 * far {
             (share, stride) = (share + step, 2.0 * far);
             now = at(share);
             continue;
         }
+        // Bound by an axis that turns linearly to the one at the end of the stride.
         let ahead = at(share + far);
         let left = room - turning(a, b, far, &(ahead.axis - now.axis));
         if left < 0.25 * room {
@@ -222,8 +225,8 @@ fn turning(a: &Moving<'_>, b: &Moving<'_>, far: f64, change: &Vector3<f64>) -> f
 /// Σ |n × θ| |θ| ρ/8: bound on how far the gap along an axis sags below its chord over the whole
 /// trajectory (m).
 fn sagging(a: &Moving<'_>, b: &Moving<'_>, axis: &Vector3<f64>) -> f64 {
-    let of = |moving: &Moving<'_>| moving.sideways(axis) * moving.trajectory.angle();
-    0.125 * (of(a) + of(b))
+    let sag = |moving: &Moving<'_>| moving.sideways(axis) * moving.trajectory.angle();
+    0.125 * (sag(a) + sag(b))
 }
 
 /// Gap of two pieces in m along a unit vector (world, from A to B).

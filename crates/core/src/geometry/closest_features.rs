@@ -81,6 +81,7 @@ pub(super) fn closest_features(
             (square, best) = (this, points);
         }
     };
+    // Vertices of each core over the faces of the other one.
     for &vertex in &near.b.vertices {
         let b = vertices[vertex];
         for (index, face) in pair.a.faces().iter().enumerate() {
@@ -101,6 +102,7 @@ pub(super) fn closest_features(
             }
         }
     }
+    // Edges with edges, which includes vertices with edges and with vertices.
     near.each_pair(|edge_a, edge_b| keep(closest_on_edges(pair, vertices, edge_a, edge_b)));
     best
 }

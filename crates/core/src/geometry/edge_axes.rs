@@ -56,6 +56,7 @@ pub(super) fn best_edges(
         return best;
     }
     find_contenders(pair.b.edges(), plane_of_b, pair.a.vertices(), least, edges_b);
+    // Two edges span a separating axis only if their arcs of normals cross on the Gauss sphere.
     for &index_a in &*edges_a {
         let edge_a = &pair.a.edges()[index_a];
         let (from_a, along_a) = span(pair.a.vertices(), edge_a);
@@ -90,6 +91,7 @@ pub(super) fn best_edges(
                 (None, None) => continue,
             };
             let normal = across * (outward.signum() / norm);
+            // The separation along the axis is that of the edges if both are extreme there.
             let gap = normal.dot(&(from_b - from_a));
             if gap > best.gap && pair.are_extremes(vertices, &normal, gap) {
                 best = SeparatingAxis {

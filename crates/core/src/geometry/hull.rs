@@ -151,6 +151,7 @@ impl Hull {
         }
         sides.sort_unstable();
         let mut edges = Vec::with_capacity(sides.len() / 2);
+        // An edge has two sides in opposite directions, which are neighbours after sorting.
         for pair in sides.chunks(2) {
             let &[(u, v, false, left, left_face), (x, y, true, right, right_face)] = pair else {
                 return Err(unresolved());

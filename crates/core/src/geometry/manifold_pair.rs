@@ -120,6 +120,7 @@ impl ManifoldPair<'_, '_> {
             face_b = most_across(normals_b(), |face| has(pair.b, face, deepest), &-normal);
         }
         let (face_a, face_b) = (face_a.map(|face| face.0), face_b.map(|face| face.0));
+        // The reference face has the contact plane. Of two, the larger one or that of the plane's owner.
         let reference = match (across_a, across_b, axis.kind) {
             (true, false, _) | (true, true, AxisSource::FaceA(_)) => PieceSide::A,
             (false, _, _) | (true, true, AxisSource::FaceB(_)) => PieceSide::B,
@@ -137,6 +138,7 @@ impl ManifoldPair<'_, '_> {
                 }
             }
         };
+        // Both faces are projected along the normal. The corners of their common part are contacts.
         scratch.overlap.a.fill(pair.a, pair.a.vertices(), face_a);
         scratch.overlap.b.fill(pair.b, &scratch.vertices, face_b);
         let merge = MERGE * pair.size();
@@ -179,6 +181,7 @@ impl ManifoldPair<'_, '_> {
                 self.push_shortest(&points, &normal);
                 continue;
             }
+            // A corner against the face below it. Beside a face, a rounded piece touches the rim.
             let touch = match side {
                 PieceSide::A => face_b.and_then(|face| {
                     let is_over = || pair.b.is_over(face, &pair.in_b(&point), border);

@@ -99,6 +99,7 @@ impl FaceOverlap {
         b_in_a.resize(count_a * count_b, 0.0);
         a_in_b.clear();
         a_in_b.resize(count_a * count_b, 0.0);
+        // Signed distances of the points of each polygon from the edges of the other, positive inside.
         for i in 0..a.edges.len() {
             let (from, inward) = inward(a, i, axis);
             for (j, point) in b.points.iter().enumerate() {
@@ -111,9 +112,11 @@ impl FaceOverlap {
                 a_in_b[i * count_b + j] = inward.dot(&(point - from));
             }
         }
+        // Two polygons: vertices inside the other one, and crossings of edges.
         if count_a >= 3 && count_b >= 3 {
             let is_a = |i: usize| (0..count_b).all(|j| a_in_b[i * count_b + j] >= -tolerance);
             let is_b = |j: usize| (0..count_a).all(|i| b_in_a[i * count_b + j] >= -tolerance);
+            // Two vertices that coincide along the axis are one corner.
             let most = 4.0 * tolerance;
             let coincide = |i: usize, j: usize| {
                 let between = b.points[j] - a.points[i];
@@ -129,6 +132,7 @@ impl FaceOverlap {
                     corners.push(PolygonCorner::B(j));
                 }
             }
+            // Edges cross if the ends of each are on both sides of the other one.
             for i in 0..count_a {
                 for j in 0..count_b {
                     let (i_next, j_next) = ((i + 1) % count_a, (j + 1) % count_b);

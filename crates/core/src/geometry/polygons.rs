@@ -22,6 +22,7 @@ pub(super) fn polygons(
 ) -> Result<Vec<Vec<usize>>, Error> {
     const NONE: usize = usize::MAX;
     let sides = |[a, b, c]: Triangle| [(a, b), (b, c), (c, a)];
+    // Triangle at each directed side; the neighbour has the opposite side.
     let mut owners: Vec<((usize, usize), usize)> = (triangles.iter().enumerate())
         .flat_map(|(index, &triangle)| sides(triangle).map(|side| (side, index)))
         .collect();
@@ -73,6 +74,7 @@ pub(super) fn polygons(
             around[u].push(group[owner]);
         }
     }
+    // The sides of each rim are joined to one closed loop.
     let is_vertex: Vec<bool> = around.iter().map(|polygons| polygons.len() >= 3).collect();
     let mut loops = Vec::with_capacity(groups);
     for rim in &rims {

@@ -110,6 +110,7 @@ fn on_face(
             });
         }
     };
+    // Lowest points of ellipsoids and discs, the apex of a cone, and lateral surfaces along the face
     for (one, index) in smooth.ellipsoids().iter().zip(0..) {
         if !one.is_across(&normal) {
             push(Feature::Ellipsoid(on.side, index), one.centre - one.farthest(&normal));
@@ -189,11 +190,11 @@ fn tangent(
         return;
     };
     let side = sides[on];
-    let of = sides[1 - on];
+    let other = sides[1 - on];
     let normal = normals[1 - on];
     let point_radius = if side.smooth.is_some() { 0.0 } else { side.radius };
-    let offset = of.extent(&normal);
-    let height = normal.dot(&of.to_local(&(side.placed(&point) - of.shift)));
+    let offset = other.extent(&normal);
+    let height = normal.dot(&other.to_local(&(side.placed(&point) - other.shift)));
     let gap = height - offset - point_radius;
     let point_of = side.side;
     found.push_new(ManifoldPoint { point_of, point, point_radius, normal, offset, gap, feature });

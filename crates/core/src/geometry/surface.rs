@@ -61,6 +61,7 @@ impl Piece {
         mut visit: impl FnMut(f64, Vector3<f64>) -> bool,
     ) -> bool {
         match self.smooth() {
+            // Rounded hull: the distance from the core less the radius.
             None if self.radius() > 0.0 => match outside(self.core(), point) {
                 Some(offset) => offset
                     .try_normalize(0.0)
@@ -68,12 +69,14 @@ impl Piece {
                 None => true,
             },
             None => {
+                // Polyhedron: its faces, and the sides of a hull without volume.
                 let mut faces = self.core().faces().iter();
                 faces.all(|face| visit(face.normal.dot(point) - face.offset, face.normal))
                     && facet::borders(self.core())
                         .all(|(from, out)| visit(out.dot(&(point - from)), out))
             }
             Some(Smooth::Cylinder([from, to])) => {
+                // Cylinder: two ends and the lateral surface.
                 let axis = (to.centre - from.centre).normalize();
                 let across = (point - from.centre) - axis * axis.dot(&(point - from.centre));
                 let radius = from.axes.column(0).norm();
@@ -84,6 +87,7 @@ impl Piece {
                         .is_none_or(|normal| visit(across.norm() - radius, normal))
             }
             Some(Smooth::Cone { base, apex: (_, apex) }) => {
+                // Cone: the base, and the lateral surface with the normal cos α out + sin α axis.
                 let (axis, sine) = self.smooth().and_then(Smooth::cone).unwrap_or_default();
                 let cosine = (1.0 - sine * sine).sqrt();
                 let offset_vector = point - apex;
@@ -98,6 +102,7 @@ impl Piece {
                 if across.norm() > near {
                     return lateral(across.normalize());
                 }
+                // All directions are normal at the tip; a few evenly spaced ones stand for them.
                 let first = base.axes.column(0).normalize();
                 let second = axis.cross(&first);
                 (0..NORMALS_AT_TIP).all(|at| {

@@ -338,6 +338,7 @@ impl Axis {
         let coordinate = start.coordinate;
         // For an angular axis, the torque is divided by the length.
         let of_step = time_step / (unit * length);
+        // Forces act over κ h (37), and impulses are over M ℓ.
         let to_impulse = start.kick * of_step;
         let speed_at = |target: f64| length * (target - coordinate) / time_step;
         let mut sum = ForceSum::constant((drive.force + start.push) * to_impulse);
@@ -356,6 +357,7 @@ impl Axis {
             let inertia = drive.armature / time_step * of_step;
             sum.add_line(inertia * start.rate, inertia / length);
         }
+        // Dry friction: a jump at zero rate, around the mean of both directions.
         let [below, above] = drive.friction_at(start.rate).map(|(friction, _)| friction);
         if below != above {
             sum.add_line(0.5 * (below - above) * to_impulse, 0.0);
@@ -363,6 +365,7 @@ impl Axis {
         if below + above > 0.0 {
             sum.add_jump(0.0, 0.5 * (below + above) * to_impulse);
         }
+        // Motors act within their largest force.
         match drive.motor {
             None => {}
             Some(Motor::Speed { target, max_force }) => {
@@ -381,6 +384,7 @@ impl Axis {
                 );
             }
         }
+        // Stops: u between the speeds that reach the limits in the step.
         if let Some([low, high]) = drive.limits {
             sum.add_stops(speed_at(low), speed_at(high));
         }

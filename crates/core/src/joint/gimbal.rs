@@ -118,8 +118,8 @@ fn turned(by: &Vector4<f64>, first: &Vector4<f64>) -> Vector4<f64> {
 
 /// Quaternion of a rotation matrix.
 fn quaternion(matrix: &Matrix3<f64>) -> Vector4<f64> {
-    let of = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*matrix));
-    Vector4::new(of.w, of.i, of.j, of.k)
+    let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*matrix));
+    Vector4::new(turn.w, turn.i, turn.j, turn.k)
 }
 
 /// Pair of numbers of (J14), with derivatives with respect to (w, x, y, z).

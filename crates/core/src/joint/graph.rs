@@ -285,16 +285,16 @@ impl Graph {
     }
 
     fn by_corners(&self, piece: usize) -> Segment {
-        let of = |(u, p): (f64, f64), (du, dp): (f64, f64)| Segment { u, p, du, dp };
+        let segment = |(u, p): (f64, f64), (du, dp): (f64, f64)| Segment { u, p, du, dp };
         if piece == 0 {
-            return of(self.corners[0], self.first);
+            return segment(self.corners[0], self.first);
         }
         let from = self.corners[piece - 1];
         if piece >= self.count {
-            return of(from, self.last);
+            return segment(from, self.last);
         }
         let to = self.corners[piece];
-        of(from, (to.0 - from.0, to.1 - from.1))
+        segment(from, (to.0 - from.0, to.1 - from.1))
     }
 
     /// Projection P(y) (J3) of the argument y = `projection`.

@@ -67,7 +67,7 @@ pub enum JointAxis {
 pub struct Joint {
     body: usize,
     other: Option<usize>,
-    frames: [JointFrame; 2],
+    pub(crate) frames: [JointFrame; 2],
     linear: [Axis; 3],
     angular: [Axis; 3],
     /// Middle axis of a gimbal; `None` for other joints.
@@ -75,9 +75,9 @@ pub struct Joint {
     length: Option<f64>,
     collides: bool,
     /// Loads along the linear and the angular axes in a step (N and N m).
-    push: [Vector3<f64>; 2],
+    pub(crate) push: [Vector3<f64>; 2],
     /// Time over which the drives act in a step, in lengths of the step (eq. 37).
-    kick: f64,
+    pub(crate) kick: f64,
     /// True if the world frame moves.
     moves: bool,
     /// Inverse inertias of both bodies along the linear axes (1/kg) and about the angular ones
@@ -351,11 +351,6 @@ impl Joint {
         self.linear.iter().chain(&self.angular).all(|axis| *axis == Axis::Locked)
     }
 
-    /// Mutable frames, for constants of the world.
-    pub(crate) fn frames_mut(&mut self) -> &mut [JointFrame; 2] {
-        &mut self.frames
-    }
-
     /// Moves the world frame to `frame`.
     pub(crate) fn move_to(&mut self, frame: JointFrame) {
         self.frames[1] = frame;
@@ -422,19 +417,9 @@ impl Joint {
         &self.push
     }
 
-    /// Sets the loads for the next steps (N and N m).
-    pub(crate) fn set_push(&mut self, push: [Vector3<f64>; 2]) {
-        self.push = push;
-    }
-
     /// Time over which the drives act, in lengths of the step.
     pub(crate) fn kick(&self) -> f64 {
         self.kick
-    }
-
-    /// Sets the time over which the drives act in the next problem, in lengths of the step.
-    pub(crate) fn set_kick(&mut self, kick: f64) {
-        self.kick = kick;
     }
 
     /// Checks that the angular axes form a supported rotation.

@@ -87,6 +87,7 @@ impl Axis {
         if is_vertical {
             return PieceChange::Speed(drive.corner_change(u, x, length, h, change));
         }
+        // c = κ h/(M ℓ). Its change by h is in `longer`.
         let to_impulse = start.kick * h / (unit * length);
         let mut value = change.force + (drive.force + start.push) * longer;
         let mut slope = 0.0;
@@ -103,14 +104,17 @@ impl Axis {
             slope += (dk * h * s + dd * t + (2.0 * k * h * s + d * t) * longer) / length;
         };
         let spring = (drive.stiffness, drive.damping, drive.rest);
+        // Spring and damper.
         projection(spring, (change.stiffness, change.damping, change.rest));
         let mut held = 0.0;
         let side = |is_left: bool| if is_left { 1.0 } else { -1.0 };
+        // Dry friction has one value on each side of the rest. The static one is no argument of derivatives.
         let (friction, is_static) = drive.friction_at(start.rate)[usize::from(u >= 0.0)];
         let by_friction = if is_static { 0.0 } else { change.friction };
         if friction > 0.0 || by_friction != 0.0 {
             held += side(u < 0.0) * (by_friction + friction * longer);
         }
+        // A motor within its largest force is a spring or damper, otherwise a constant force.
         match drive.motor {
             None => {}
             Some(Motor::Speed { target, max_force }) => {

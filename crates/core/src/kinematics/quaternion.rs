@@ -32,6 +32,22 @@ pub fn product(p: &Vector4<f64>, q: &Vector4<f64>) -> Vector4<f64> {
     )
 }
 
+/// Conjugate q*.
+pub fn conjugated(q: &Vector4<f64>) -> Vector4<f64> {
+    Vector4::new(q[0], -q[1], -q[2], -q[3])
+}
+
+/// Rotation vector of a quaternion, with an angle of at most π (rad).
+pub fn rotation_vector(q: &Vector4<f64>) -> Vector3<f64> {
+    let along = q.fixed_rows::<3>(1).into_owned();
+    let sine = along.norm();
+    if sine == 0.0 {
+        return Vector3::zeros();
+    }
+    let sign = if q[0] < 0.0 { -1.0 } else { 1.0 };
+    along * (sign * 2.0 * libm::atan2(sine, q[0].abs()) / sine)
+}
+
 /// Matrix R(q) with p ⊗ q = R(q) p (eq. 1).
 pub fn right(q: &Vector4<f64>) -> Matrix4<f64> {
     let (w, x, y, z) = (q[0], q[1], q[2], q[3]);

@@ -106,6 +106,7 @@ impl RigidBody {
             1e4,
             "-1e4 to 1e4",
         )?;
+        // ℓ: the largest coordinate plus radius. A point mass has one by definition.
         let extents = points.iter().map(|point| point.position.abs() + point.half_extents());
         let reach = extents.map(|extents| extents.max()).fold(0.0, f64::max);
         let reach = match reach {
@@ -116,6 +117,7 @@ impl RigidBody {
             }
         };
         check_moments(mass, &inertia, &points)?;
+        // Inertia per unit mass, Î = I/m.
         let specific_inertia = inertia / mass;
         let sphere = Matrix3::from_diagonal_element(specific_inertia[(0, 0)]);
         let matter = BodyInertia {

@@ -59,6 +59,7 @@ impl MassMatrix {
     /// [`ProblemError::Mass`] if a block is singular or not positive definite.
     pub(super) fn new(matrix: &SparseMatrix) -> Result<Self, ProblemError> {
         let parts = components(matrix);
+        // Component of each row, and its place there.
         let mut places = vec![(0, 0); matrix.rows()];
         for (part, numbers) in parts.iter().enumerate() {
             for (place, number) in numbers.iter().enumerate() {
@@ -72,6 +73,7 @@ impl MassMatrix {
             let of =
                 |column: usize| matrix.column(column).map(move |(row, value)| (row, column, value));
             let entries: Vec<_> = numbers.iter().flat_map(|&column| of(column)).collect();
+            // Small components are dense, with Cholesky's method as the test of definiteness.
             let factors = if numbers.len() <= DENSE {
                 let mut dense = DMatrix::zeros(numbers.len(), numbers.len());
                 for &(row, column, value) in &entries {
@@ -83,6 +85,7 @@ impl MassMatrix {
                 }
                 MassFactors::Dense(dense.lu())
             } else {
+                // Large ones are sparse. Their diagonal has to be positive.
                 let pairs = entries.iter().map(|(row, column, _)| (place(*row), place(*column)));
                 let plan = SymbolicFactorisation::new(
                     &vec![1; numbers.len()],

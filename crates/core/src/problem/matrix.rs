@@ -49,6 +49,7 @@ impl SparseMatrix {
         }
         // A stable sort, so that sums are taken in the order of the input.
         entries.sort_by_key(|&(row, column, _)| (column, row));
+        // Duplicates are neighbours now, and are added.
         let mut merged: Vec<(usize, usize, f64)> = Vec::with_capacity(entries.len());
         for entry in entries {
             match merged.last_mut() {
@@ -64,6 +65,7 @@ impl SparseMatrix {
             }
         }
         merged.retain(|entry| entry.2 != 0.0);
+        // First entry of each column, by cumulative counts.
         let mut starts = vec![0; columns + 1];
         for &(_, column, _) in &merged {
             starts[column + 1] += 1;
@@ -92,8 +94,8 @@ impl SparseMatrix {
                 wanted: rows.saturating_mul(columns),
             });
         }
-        let of = |place: usize| (place / columns, place % columns, entries[place]);
-        Self::from_triplets(rows, columns, (0..entries.len()).map(of))
+        let entry = |place: usize| (place / columns, place % columns, entries[place]);
+        Self::from_triplets(rows, columns, (0..entries.len()).map(entry))
     }
 
     /// Number of rows.

@@ -1,7 +1,6 @@
 //! Distances between objects, and objects near a piece.
 
 use super::Query;
-use super::terrain::{gap_to_terrain, nearest_in_terrain};
 use crate::contact::Partner;
 use crate::error::{Error, all_in_range, in_range};
 use crate::geometry::{
@@ -115,6 +114,7 @@ impl Query<'_> {
     ) -> Result<Vec<Nearby>, Error> {
         check(pose)?;
         let within = in_range("distance (m)", within, 0.0, 1e6, "0 to 1e6")?;
+        // Box around the piece, with the rounding of its coordinates.
         let around = Aabb::from_piece(piece, pose);
         let reach = around.low.amax().max(around.high.amax());
         let margin = 16.0 * f64::EPSILON * (self.tree.reach() + reach);
@@ -143,6 +143,7 @@ impl Query<'_> {
                 found.extend(distance.map(|distance| Nearby { owner, distance }));
             }
         }
+        // The searches use a margin; the distance decides.
         found.retain(|near| near.distance <= within);
         found
             .sort_unstable_by(|a, b| a.owner.cmp(&b.owner).then(a.distance.total_cmp(&b.distance)));
@@ -166,6 +167,7 @@ impl Query<'_> {
     ) -> Result<Vec<PairDistance>, Error> {
         let within = in_range("distance (m)", within, 0.0, 1e6, "0 to 1e6")?;
         let of_bodies = |index: &usize| self.owner(*index).body().is_some();
+        // Colliders of bodies come first. Fixed ones need no test against each other.
         let moving = (0..self.colliders.len()).take_while(of_bodies).count();
         let grown = |around: &Aabb| around.grown(within / 2.0 + 16.0 * f64::EPSILON * within);
         let boxes: Vec<_> = self.boxes.iter().map(grown).collect();
@@ -200,6 +202,7 @@ impl Query<'_> {
                 }
             }
         }
+        // Least distance of each pair of owners.
         found.retain(|pair| pair.distance <= within);
         let pair = |pair: &PairDistance| (pair.body, pair.partner);
         found
@@ -314,4 +317,61 @@ fn lowest(piece: &Piece, pose: &Pose, up: &Vector3<f64>) -> Vector3<f64> {
     });
     let lowest = points.min_by(|a, b| axis.dot(a).total_cmp(&axis.dot(b)));
     pose.position + pose.rotation * lowest.unwrap_or_default()
+}
+
+/// Pose of terrains.
+const FIXED: Pose = Pose { position: Vector3::new(0.0, 0.0, 0.0), rotation: IDENTITY };
+const IDENTITY: Matrix3<f64> = Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
+
+/// Signed distance of a piece from the nearest triangle of a terrain (m). It is `None` if it is
+/// beyond `within`, and may be a larger number then.
+fn gap_to_terrain(
+    piece: PlacedPiece<'_>,
+    terrain: &Terrain,
+    within: f64,
+    scratch: &mut PairScratch,
+) -> Option<f64> {
+    let mut nearest: Option<f64> = None;
+    terrain.visit(&Aabb::from_piece(piece.0, piece.1).grown(within), |triangle| {
+        let Some(facet) = terrain.piece(triangle) else { return };
+        let limit = nearest.map_or(within, |nearest| nearest.min(within));
+        let distance = gap(piece, (facet, &FIXED), limit, scratch);
+        if nearest.is_none_or(|nearest| distance < nearest) {
+            nearest = Some(distance);
+        }
+    });
+    nearest
+}
+
+/// The closest points of pieces and a terrain.
+///
+/// The search begins in boxes around the pieces that reach as far as the piece is large, and doubles
+/// this reach until the boxes have a triangle nearer than it.
+fn nearest_in_terrain(pieces: &[PlacedPiece<'_>], terrain: &Terrain) -> Option<Distance> {
+    let mut nearest: Option<Distance> = None;
+    for &(piece, pose) in pieces {
+        let around = Aabb::from_piece(piece, pose);
+        let everything =
+            (around.joined(terrain.bounds()).high - around.joined(terrain.bounds()).low).norm();
+        let mut reach = (around.high - around.low).norm();
+        loop {
+            let mut facets = Vec::new();
+            terrain.visit(&around.grown(reach), |triangle| {
+                facets.extend(terrain.piece(triangle).map(|facet| (facet, &FIXED)));
+            });
+            let found = nearest_pieces(&[(piece, pose)], &facets);
+            if let Some(found) = found
+                .filter(|found| nearest.is_none_or(|nearest| found.distance < nearest.distance))
+            {
+                nearest = Some(found);
+            }
+            // Triangles that are not farther than the reach are all in the box.
+            let is_near = nearest.is_some_and(|nearest| nearest.distance <= reach);
+            if is_near || reach > everything {
+                break;
+            }
+            reach *= 2.0;
+        }
+    }
+    nearest
 }

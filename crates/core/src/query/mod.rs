@@ -40,7 +40,6 @@
 
 mod distance;
 mod ray;
-mod terrain;
 
 pub use distance::{Distance, Nearby, PairDistance};
 pub use ray::{Ray, RayHit};

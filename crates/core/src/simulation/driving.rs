@@ -24,7 +24,7 @@ impl Driving {
         let h = world.time_step();
         for (joint, load) in &self.loads {
             let [from, to] = world.load_interval(index, world.joints()[*joint].body());
-            world.joints_mut()[*joint].set_push(load.mean(from, to));
+            world.joints_mut()[*joint].push = load.mean(from, to);
         }
         for (joint, course) in &self.courses {
             let joint = &mut world.joints_mut()[*joint];

@@ -162,6 +162,7 @@ impl BlockSystem {
         pattern: &Pattern,
         values: &mut [Vector6<f64>],
     ) {
+        // Multifrontal factors have their own order of the numbers.
         if let Some(plan) = pattern.plan() {
             let Self { fronts, numbers, behind, .. } = self;
             numbers.resize(plan.size(), 0.0);
@@ -183,6 +184,7 @@ impl BlockSystem {
             self.solve_transposed(pattern, values);
             return;
         }
+        // Forward substitution, then backward
         for (pivot, factors) in self.pivots.iter().enumerate() {
             factors.solve(&mut values[pivot].data.0[0]);
             let value = values[pivot];
@@ -233,6 +235,7 @@ impl BlockSystem {
                 subtract_product(&mut values[pattern.order.column(i)], &self.lower[i], &value);
             }
         }
+        // Backward substitution
         for pivot in (0..pattern.order.len()).rev() {
             let mut value = values[pivot];
             for i in pattern.order.row(pivot) {

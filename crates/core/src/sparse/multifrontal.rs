@@ -162,6 +162,7 @@ impl Fronts {
         }
         let is_nothing = |value: &[f64; C]| value.iter().all(|number| *number == 0.0);
         let Self { low, up, swaps, .. } = self;
+        // Forward: each front eliminates its own numbers from those behind it. Zeros are skipped.
         for front in &plan.fronts {
             let low = &low[front.columns()];
             for (pivot, swap) in swaps[front.numbers()].iter().enumerate() {
@@ -184,6 +185,7 @@ impl Fronts {
             }
             list.iter().zip(&*behind).for_each(|(place, value)| values[*place] = *value);
         }
+        // Backward: the numbers behind a front are known.
         for front in plan.fronts.iter().rev() {
             let (low, up) = (&low[front.columns()], &up[front.across()]);
             let list = &plan.behind[front.list.0..front.list.1];

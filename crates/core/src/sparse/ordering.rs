@@ -69,6 +69,7 @@ impl Order {
         self.later.clear();
         self.queue.clear();
         self.queue.extend((0..nodes).map(|node| Reverse((self.neighbours[node].len(), node))));
+        // Minimum degree. Entries of the queue with an outdated degree are skipped.
         while let Some(Reverse((degree, node))) = self.queue.pop() {
             if self.places[node] != OPEN || self.neighbours[node].len() != degree {
                 continue;
@@ -95,6 +96,7 @@ impl Order {
             self.neighbours[node] = list;
         }
         self.starts.push(self.later.len());
+        // Rows by their places in the order
         for entry in &mut self.later {
             *entry = self.places[*entry];
         }

@@ -206,6 +206,7 @@ impl<'a> FrontTree<'a> {
                 lasts.push(place);
             }
         }
+        // Numbers behind each front, and its share of the entries
         for (front, place) in plan.fronts.iter_mut().zip(lasts) {
             let begin = plan.behind.len();
             for at in self.order.row(place) {
@@ -218,6 +219,7 @@ impl<'a> FrontTree<'a> {
             plan.entries.0 += front.rows() * front.own;
             plan.entries.1 += front.own * front.behind();
         }
+        // Runs of consecutive rows by which a child's front is added to its parent
         for parent in 0..plan.fronts.len() {
             for at in 0..plan.fronts[parent].children.len() {
                 let child = plan.fronts[parent].children[at];

@@ -37,12 +37,9 @@ impl KnownSeparations {
     /// Copies the exclusions `other`.
     pub(crate) fn copy(&mut self, other: &Separations<'_>) {
         let Separations { pairs, untouched, held, groups } = *other;
-        self.pairs.clear();
-        self.pairs.extend_from_slice(pairs);
-        self.untouched.clear();
-        self.untouched.extend_from_slice(untouched);
-        self.held.clear();
-        self.held.extend_from_slice(held);
+        pairs.clone_into(&mut self.pairs);
+        untouched.clone_into(&mut self.untouched);
+        held.clone_into(&mut self.held);
         self.groups = groups.cloned();
     }
 }

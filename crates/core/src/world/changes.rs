@@ -123,6 +123,7 @@ impl World {
             return Err(Error::Count { field: "body", count: body, allowed });
         }
         self.refuse_tied(body)?;
+        // The constructor computes reach and speed scale anew.
         let mut parameters = self.parameters.clone();
         parameters.bodies.remove(body);
         let Self { parameters, reach, speed_scale, .. } = Self::new(parameters)?;
@@ -133,6 +134,7 @@ impl World {
         if !held.contains(&true) {
             held.clear();
         }
+        // Everything named by a body is renumbered; entries of the removed one go.
         let number = |index: usize| without(index, body);
         let renumbered = |&(a, partner): &(usize, Partner)| {
             let partner = match partner {
@@ -141,6 +143,7 @@ impl World {
             };
             Some((number(a)?, partner))
         };
+        // Laws of pairs and of owners
         let pairs = |pairs: &PairLaws| {
             let pair = |(pair, value): &((usize, Partner), f64)| Some((renumbered(pair)?, *value));
             pairs.iter().filter_map(pair).collect()

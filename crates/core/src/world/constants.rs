@@ -1,6 +1,6 @@
 //! Constants of a world that can vary between rollouts, in a fit or in a derivative.
 
-use super::reshape::Form;
+use super::reshape::{Form, radius};
 use super::{Coefficient, Parameters, Plane, World};
 use crate::error::Error;
 use crate::mechanics::RigidBody;
@@ -296,22 +296,24 @@ impl World {
                 return Err(Error::Count { field, count, allowed: "the numbers of one world" });
             }
         }
-        let of = |constant: Constant| {
+        let value = |constant: Constant| {
             given.iter().rev().find(|(known, _)| *known == constant).map(|(_, numbers)| *numbers)
         };
+        // Constants of the whole world
         let mut parameters = self.parameters().clone();
-        if let Some(friction) = of(Constant::Friction) {
-            let all = self.pair_frictions().is_empty() || of(Constant::PairFriction).is_some();
+        if let Some(friction) = value(Constant::Friction) {
+            let all = self.pair_frictions().is_empty() || value(Constant::PairFriction).is_some();
             refuse_pairs("friction", all)?;
             parameters.friction = friction[0];
         }
-        if let Some(step) = of(Constant::TimeStep) {
+        if let Some(step) = value(Constant::TimeStep) {
             parameters.time_step = step[0];
         }
-        if let Some(gravity) = of(Constant::Gravity) {
+        if let Some(gravity) = value(Constant::Gravity) {
             parameters.gravity.copy_from_slice(gravity);
         }
-        if let Some(way) = of(Constant::Ground) {
+        // The ground moves along its normal.
+        if let Some(way) = value(Constant::Ground) {
             let Some(ground) = self.ground() else {
                 let why = "the world has no ground; leave it out";
                 return Err(Error::Unsupported { what: "ground", why });
@@ -319,14 +321,15 @@ impl World {
             let moved = Plane::new(*ground.normal(), ground.offset() + way[0])?;
             parameters.ground = Some(moved);
         }
-        self.set_bodies(of, &mut parameters)?;
+        // Constants of bodies, laws and joints
+        self.set_bodies(value, &mut parameters)?;
         let mut world = self.with_parameters(parameters)?;
-        world.set_laws(of)?;
+        world.set_laws(value)?;
         let of_joints = given.iter().any(|(constant, _)| constant.is_of_joints());
-        let world = if of_joints { world.with_joint_constants(of)? } else { world };
-        match of(Constant::Restitution) {
+        let world = if of_joints { world.with_joint_constants(value)? } else { world };
+        match value(Constant::Restitution) {
             Some(restitution) => {
-                let pairs = of(Constant::PairRestitution);
+                let pairs = value(Constant::PairRestitution);
                 refuse_pairs(
                     "restitution",
                     self.pair_restitutions().is_empty() || pairs.is_some(),
@@ -372,9 +375,4 @@ fn refuse_pairs(what: &'static str, are_none: bool) -> Result<(), Error> {
     let why = "some pairs have their own coefficients, which this constant does not change; add \
                pair_friction or pair_restitution, or remove these pairs";
     if are_none { Ok(()) } else { Err(Error::Unsupported { what, why }) }
-}
-
-/// Largest radius of a body's points (m).
-pub(super) fn radius(body: &RigidBody) -> f64 {
-    body.contact_points().iter().map(|point| point.radius).fold(0.0, f64::max)
 }

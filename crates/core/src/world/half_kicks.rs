@@ -59,7 +59,7 @@ impl World {
     /// Sets the time over which the drives of joints and gears act.
     fn set_kicks(&mut self, kick: impl Fn(usize) -> f64) {
         let Self { joints, gears, .. } = self;
-        joints.iter_mut().enumerate().for_each(|(index, joint)| joint.set_kick(kick(index)));
+        joints.iter_mut().enumerate().for_each(|(index, joint)| joint.kick = kick(index));
         gears.iter_mut().for_each(|gear| gear.kick = kick(gear.axes()[0].joint));
     }
 
@@ -115,10 +115,10 @@ impl World {
     /// f = (κ − 1) m g,   τ = (P⁻(ω; h₁) − P⁻(ω; h))/h
     /// ```
     pub fn missing_kick(&self, body: usize, state: &State) -> Wrench {
-        let of = &self.bodies()[body];
+        let rigid_body = &self.bodies()[body];
         let Some(share) = self.missing_share(body) else { return Wrench::zero() };
-        let torque = self.missing_torque(body, of.inertia(), &state.spin);
-        Wrench { force: self.gravity() * (of.mass() * share), torque }
+        let torque = self.missing_torque(body, rigid_body.inertia(), &state.spin);
+        Wrench { force: self.gravity() * (rigid_body.mass() * share), torque }
     }
 
     /// Change of velocity by the [missing kick](World::missing_kick) of gravity, (κ − 1) h g (m/s). The
@@ -193,12 +193,12 @@ impl World {
         sums: &mut [f64],
     ) {
         let Some(share) = self.missing_share(body) else { return };
-        let of = &self.bodies()[body];
+        let rigid_body = &self.bodies()[body];
         let h = self.time_step();
         match constant {
             Constant::Mass => {
                 let Wrench { force, torque } = self.missing_kick(body, state);
-                sums[body] += (by.force.dot(&force) + by.torque.dot(&torque)) / of.mass();
+                sums[body] += (by.force.dot(&force) + by.torque.dot(&torque)) / rigid_body.mass();
             }
             Constant::Inertia => {
                 for place in 0..9 {
@@ -209,16 +209,22 @@ impl World {
                 }
             }
             Constant::Gravity => {
-                let along = by.force * (of.mass() * share);
+                let along = by.force * (rigid_body.mass() * share);
                 sums.iter_mut().zip(&along).for_each(|(sum, along)| *sum += along);
             }
             // Lengths before scale with the time step, and so does h κ.
             Constant::TimeStep if self.rotation() == Rotation::Momentum => {
                 let before = self.before[body];
                 let rate = |length: f64| {
-                    length * self.rotation().momentum_rate(of.inertia(), &state.spin, length, -1.0)
+                    length
+                        * self.rotation().momentum_rate(
+                            rigid_body.inertia(),
+                            &state.spin,
+                            length,
+                            -1.0,
+                        )
                 };
-                let torque = self.missing_torque(body, of.inertia(), &state.spin);
+                let torque = self.missing_torque(body, rigid_body.inertia(), &state.spin);
                 sums[0] += by.torque.dot(&((rate(before) - rate(h)) / h - torque)) / h;
             }
             _ => {}
@@ -229,18 +235,19 @@ impl World {
     #[cfg(feature = "save")]
     pub(crate) fn missing_torque_by_spin(&self, body: usize, spin: &Vector3<f64>) -> Matrix3<f64> {
         let Some(share) = self.missing_share(body) else { return Matrix3::zeros() };
-        let of = &self.bodies()[body];
+        let rigid_body = &self.bodies()[body];
         let h = self.time_step();
         let form = self.rotation();
         match form {
             Rotation::Momentum => {
                 let lengths = [self.before[body], h];
-                let [past, own] = lengths.map(|h| form.momentum_slope(of.inertia(), spin, h));
+                let [past, own] =
+                    lengths.map(|h| form.momentum_slope(rigid_body.inertia(), spin, h));
                 (past - own) / h
             }
             Rotation::Tutorial => {
-                let momentum = of.inertia() * spin;
-                (momentum.cross_matrix() - spin.cross_matrix() * of.inertia()) * share
+                let momentum = rigid_body.inertia() * spin;
+                (momentum.cross_matrix() - spin.cross_matrix() * rigid_body.inertia()) * share
             }
         }
     }

@@ -48,7 +48,7 @@ impl World {
         for constant in Constant::ALL.into_iter().filter(|constant| constant.is_of_joints()) {
             let Some(numbers) = given(constant) else { continue };
             if constant == Constant::Anchor {
-                let anchors = self.joints.iter_mut().flat_map(Joint::frames_mut);
+                let anchors = self.joints.iter_mut().flat_map(|joint| &mut joint.frames);
                 for (frame, anchor) in anchors.zip(numbers.chunks_exact(3)) {
                     frame.anchor = Vector3::from_column_slice(anchor);
                 }
@@ -69,12 +69,14 @@ impl World {
                 }
                 continue;
             }
+            // One number for each driven axis, or for each motor.
             let slots = if constant.is_of_motors() { &motors } else { &axes };
             for (&(joint, axis), number) in slots.iter().zip(numbers) {
                 let drive = self.joints[joint].drive_mut(axis)?;
                 constant.set(drive, *number)?;
             }
         }
+        // The constructors check the new values.
         self.joints =
             self.joints.into_iter().map(|joint| joint.checked(bodies)).collect::<Result<_, _>>()?;
         let gears = self.gears.into_iter().map(|gear| gear.checked(&self.joints));
@@ -204,6 +206,7 @@ impl Constant {
                 Self::MotorDamping,
                 Some(Motor::Position { damping, .. } | Motor::Damper { damping, .. }),
             ) => *damping = number,
+            // A constant that the motor does not have may be set to 0 only.
             (Self::MotorStiffness, Some(Motor::Damper { .. })) if number != 0.0 => {
                 return Err(Error::Unsupported {
                     what: "stiffness of a motor with a target speed and damping",

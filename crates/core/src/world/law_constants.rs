@@ -69,32 +69,35 @@ impl World {
         &mut self,
         given: impl Fn(Constant) -> Option<&'a [f64]>,
     ) -> Result<(), Error> {
-        let of = |constant| given(constant).unwrap_or(&[]).iter().copied();
+        let numbers = |constant| given(constant).unwrap_or(&[]).iter().copied();
         let bodies = &mut self.parameters.bodies;
         let own = bodies.iter_mut().filter(|body| body.friction().is_some());
-        for (body, number) in own.zip(of(Constant::BodyFriction)) {
+        for (body, number) in own.zip(numbers(Constant::BodyFriction)) {
             *body = body.clone().with_friction(number)?;
         }
         let own = bodies.iter_mut().filter(|body| body.restitution().is_some());
-        for (body, number) in own.zip(of(Constant::BodyRestitution)) {
+        for (body, number) in own.zip(numbers(Constant::BodyRestitution)) {
             *body = body.clone().with_restitution(number)?;
         }
         let fixed = self.fixed.iter_mut().map(|piece| &mut piece.friction);
         let fixed = fixed.chain(self.terrains.iter_mut().map(|terrain| &mut terrain.friction));
         let fixed = fixed.filter_map(Option::as_mut);
-        let frictions = fixed.zip(of(Constant::FixedFriction));
+        let frictions = fixed.zip(numbers(Constant::FixedFriction));
         let pairs = self.pair_frictions.iter_mut().map(|(_, own)| own);
-        for (own, number) in frictions.chain(pairs.zip(of(Constant::PairFriction))) {
+        for (own, number) in frictions.chain(pairs.zip(numbers(Constant::PairFriction))) {
             in_range("coefficient of friction", number, 0.0, 10.0, "0 to 10")?;
             *own = number;
         }
         let pairs = self.pair_restitutions.iter_mut().map(|(_, own)| own);
-        for (own, number) in pairs.zip(of(Constant::PairRestitution)) {
+        for (own, number) in pairs.zip(numbers(Constant::PairRestitution)) {
             in_range("coefficient of restitution", number, 0.0, 1.0, "0 to 1")?;
             *own = number;
         }
-        for of in Coefficient::ALL {
-            self.set_coefficients(of, given(Constant::Coefficient(of)).unwrap_or(&[]))?;
+        for coefficient in Coefficient::ALL {
+            self.set_coefficients(
+                coefficient,
+                given(Constant::Coefficient(coefficient)).unwrap_or(&[]),
+            )?;
         }
         self.set_friction_factors(given(Constant::FrictionFactor).unwrap_or(&[]))
     }

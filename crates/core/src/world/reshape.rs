@@ -1,9 +1,7 @@
 //! Changes of the size and the radius of bodies.
 
-use super::constants::radius;
 use crate::error::{Error, in_range};
-use crate::geometry::ContactPoint;
-use crate::geometry::Piece;
+use crate::geometry::{ContactPoint, Piece};
 use crate::mechanics::RigidBody;
 use nalgebra::Vector3;
 
@@ -106,6 +104,7 @@ impl Form {
         let (mass, inertia) = (body.mass(), *body.inertia());
         let one = |piece: Piece| RigidBody::from_pieces(mass, inertia, vec![piece]);
         let mut new = match *self {
+            // Corners of a rounded box: the outer size scales, and the core is what the radius leaves.
             Self::Corners { extents, radius } => {
                 let least = size * extents.min();
                 let new_radius = new_radius.unwrap_or(radius);
@@ -121,6 +120,7 @@ impl Form {
                     RigidBody::new(mass, inertia, &corners)?
                 }
             }
+            // Ball or capsule: the length of the core is what the new radius leaves.
             Self::Round { half, radius } => {
                 let new_radius = new_radius.unwrap_or(size * radius);
                 let most = size * (half + radius);
@@ -153,4 +153,9 @@ pub fn extents(body: &RigidBody) -> Vector3<f64> {
     let points = body.contact_points().iter();
     let reach = |point: &ContactPoint| point.position.abs() + point.half_extents();
     points.fold(Vector3::zeros(), |most, point| most.sup(&reach(point)))
+}
+
+/// Largest radius of a body's points (m).
+pub(super) fn radius(body: &RigidBody) -> f64 {
+    body.contact_points().iter().map(|point| point.radius).fold(0.0, f64::max)
 }

@@ -23,10 +23,11 @@ impl World {
         if self.coefficients.is_none() {
             return TurningFriction::NONE;
         }
-        let of = |turning| self.larger_between(turning, body, partner).map_or(0.0, |(_, own)| own);
+        let friction =
+            |turning| self.larger_between(turning, body, partner).map_or(0.0, |(_, own)| own);
         TurningFriction {
-            rolling: of(Coefficient::RollingFriction),
-            torsional: of(Coefficient::TorsionalFriction),
+            rolling: friction(Coefficient::RollingFriction),
+            torsional: friction(Coefficient::TorsionalFriction),
         }
     }
 

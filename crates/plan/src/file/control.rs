@@ -24,6 +24,7 @@ impl ControlTable {
         let body = || body_of(scene, self.body.as_deref());
         let word = format!("{:?}", self.kind).to_lowercase();
         let of_body = |body: usize| format!("{}.{word}", scene.bodies[body]);
+        // Kind, bounds and default name
         let (kind, bounds, usual): (_, Vec<[f64; 2]>, _) = match self.kind {
             KindName::Force => {
                 let body = body()?;
@@ -49,8 +50,9 @@ impl ControlTable {
                 if self.force.is_none() {
                     return Err("force: a range is needed, N or N m".to_owned());
                 }
-                let of = self.axis.as_ref().unwrap_or(&word);
-                let name = joints.first().map_or(word.clone(), |joint| format!("{joint}.{of}"));
+                let axis_name = self.axis.as_ref().unwrap_or(&word);
+                let name =
+                    joints.first().map_or(word.clone(), |joint| format!("{joint}.{axis_name}"));
                 (ControlKind::Motor { axes }, each(&[self.force]), name)
             }
             KindName::Start => {
@@ -78,6 +80,7 @@ impl ControlTable {
                 (ControlKind::Constant(constant), each(&[self.value]), name.to_owned())
             }
         };
+        // One knot for the whole run, or one for each step by default
         let knots = match self.knots {
             Some(knots) => knots as usize,
             None if kind.is_of_the_run() => 1,

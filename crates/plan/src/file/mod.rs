@@ -115,6 +115,7 @@ impl ProblemFile {
             table.control(&scene, steps, effort).map_err(|why| named("controls", index, why))
         });
         let controls = controls.collect::<Result<Vec<_>, _>>()?;
+        // Controls, targets and path constraints, with their place in messages
         let mut targets = Vec::new();
         for (index, table) in file.target.0.into_iter().enumerate() {
             let found = table.targets(&scene, steps);
@@ -127,6 +128,7 @@ impl ProblemFile {
         }
         let problem =
             PlanProblem::new(scene, steps, controls, targets, path_constraints).map_err(plain)?;
+        // Settings of the search, or their defaults
         let search = file.search;
         let start = match search.start.as_deref() {
             None | Some("zero") => SearchStart::Zero,

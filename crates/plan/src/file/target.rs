@@ -28,6 +28,7 @@ impl TargetTable {
         if position.iter().any(Option::is_some) {
             kinds.push(("position", TargetKind::Position(position)));
         }
+        // Only zero has no direction, so that `speed` and `spin` are targets of all components.
         if let Some(Exactly(velocity)) = self.velocity {
             kinds.push(("velocity", TargetKind::Velocity(velocity.map(Some))));
         }
@@ -43,6 +44,7 @@ impl TargetTable {
         if self.spin.is_some() {
             kinds.push(("spin", TargetKind::Spin([Some(0.0); 3])));
         }
+        // Rotations
         if let Some(Exactly(attitude)) = self.attitude {
             let attitude = nalgebra::Vector4::from(attitude);
             let norm = attitude.norm();
@@ -66,6 +68,7 @@ impl TargetTable {
             let all = "position, velocity, speed, spin, attitude, turn, down";
             return Err(format!("the target is empty; one or more of {all} are needed"));
         }
+        // Tolerances and weights have to belong to a target.
         let settings = self.tolerance.fields().into_iter().zip(self.weight.fields());
         for ((name, tolerance), (_, weight)) in settings {
             let idle = tolerance.or(weight).is_some() && kinds.iter().all(|kind| kind.0 != name);
@@ -76,6 +79,7 @@ impl TargetTable {
         let given = |each: &Each, name: &str| {
             each.fields().into_iter().find(|(field, _)| *field == name).and_then(|(_, given)| given)
         };
+        // A weight of 1/tolerance² makes a miss by the tolerance cost 1.
         let target = |(name, kind): (&str, TargetKind)| {
             let usual = match kind.unit() {
                 "m" => USUAL.0,

@@ -42,6 +42,7 @@ pub(super) fn check_control(control: &Control, world: &World, steps: usize) -> R
     if let Some(body) = kind.body() {
         check_body(body, world.bodies().len())?;
     }
+    // Bounds, knots and effort
     let components = kind.components();
     if bounds.len() != components.len() {
         let (count, wanted) = (bounds.len(), components.len());
@@ -68,6 +69,7 @@ pub(super) fn check_control(control: &Control, world: &World, steps: usize) -> R
                 let why = format!("normal: its lower end is {low}; allowed: 0 N or more");
                 return Err(why.to_owned());
             }
+            // A push acts at a point of a face, in a frame along its normal.
             let frame = &push.frame;
             let apart = (frame.transpose() * frame - nalgebra::Matrix3::identity()).amax();
             if !(apart < 1e-9 && frame.determinant() > 0.0) {
@@ -80,6 +82,7 @@ pub(super) fn check_control(control: &Control, world: &World, steps: usize) -> R
                 let why = format!("at is [{x:?}, {y:?}, {z:?}]; allowed: -1e6 to 1e6 m");
                 return Err(why.to_owned());
             }
+            // The point has to be on the body for all offsets.
             check_reach(push, &bounds[3..], world)?;
             let friction = push.friction.unwrap_or(0.0);
             if !(0.0..=10.0).contains(&friction) {
@@ -89,6 +92,7 @@ pub(super) fn check_control(control: &Control, world: &World, steps: usize) -> R
             Ok(())
         }
         ControlKind::Motor { axes } => {
+            // A motor may drive several axes of one unit by one number.
             let driven = world.driven_axes();
             if let Some((joint, _)) = axes.iter().find(|axis| !driven.contains(axis)) {
                 return Err(format!("joint {joint} has no such free axis"));

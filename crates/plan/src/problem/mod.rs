@@ -90,6 +90,7 @@ impl PlanProblem {
         targets: Vec<Target>,
         path_constraints: Vec<PathConstraint>,
     ) -> Result<Self, PlanError> {
+        // A plan needs states that begin steps.
         if scene.world.integrator() != Integrator::Euler {
             return bad_input(
                 "the scene has the integrator \"leapfrog\"; a plan needs integrator = \"euler\", whose \
@@ -100,6 +101,7 @@ impl PlanProblem {
         if !(1..=MOST_STEPS).contains(&steps) {
             return bad_input(format!("steps is {steps}; allowed: 1 to {MOST_STEPS}"));
         }
+        // Controls
         for (index, control) in controls.iter().enumerate() {
             check_control(control, &scene.world, steps)
                 .or_else(|why| bad_input(format!("control {:?}: {why}", control.name)))?;
@@ -124,6 +126,7 @@ impl PlanProblem {
             }
             bad_input(format!("{of} {name:?}: {what} is {value}; a number above 0 is needed"))
         };
+        // Targets and path constraints
         for Target { name, body, after, kind, tolerance, weight } in &targets {
             has_body("target", name, *body, bodies)?;
             if !(1..=steps).contains(after) {
@@ -145,11 +148,13 @@ impl PlanProblem {
             positive("path constraint", name, "tolerance", *tolerance)?;
             positive("path constraint", name, "weight", *weight)?;
         }
+        // At least one control
         if controls.is_empty() {
             return bad_input(
                 "controls: there are none; at least one [[controls]] is needed".to_owned(),
             );
         }
+        // One variable for each knot and component whose bounds differ. Its effort counts once a step.
         let (mut variables, mut offsets) = (Vec::new(), Vec::new());
         let mut pushed = vec![false; bodies];
         for (index, control) in controls.iter().enumerate() {

@@ -19,6 +19,7 @@ impl MjcfReader<'_> {
     ) -> Parsed<()> {
         for element in &section.children {
             let read = self.defaulted(element, "")?;
+            // Force gain u + b₀ + b₁ q + b₂ q̇
             let (gain, mut bias) = match &*element.tag {
                 "motor" => (1.0, [0.0; 3]),
                 "position" => position(&read)?,
@@ -38,6 +39,7 @@ impl MjcfReader<'_> {
                     ));
                 }
             };
+            // Fields of each kind
             let is_position = matches!(&*element.tag, "position" | "pid");
             let own = match &*element.tag {
                 "position" => "kp kv dampratio timeconst inheritrange",
@@ -47,6 +49,7 @@ impl MjcfReader<'_> {
                 _ => "",
             };
             read.refuse_others(&format!("{READ} {own}"), "lengthrange nsample interp")?;
+            // Joint, or joints of a tendon
             let (tendon, joints) = match read.get("tendon") {
                 Some(name) => {
                     let (place, joints) = tendons::find(tendons, element, "tendon", name)?;
@@ -59,6 +62,7 @@ impl MjcfReader<'_> {
                     element.wrong("tendon: it has no joint, so the actuator drives nothing")
                 );
             }
+            // A force by position or speed along a tendon acts on the sum of two joints.
             let depends = tendon.filter(|_| joints.len() > 1 && (bias[1], bias[2]) != (0.0, 0.0));
             if depends.is_some() && joints.len() > 2 {
                 return Err(element.wrong(
@@ -79,6 +83,7 @@ impl MjcfReader<'_> {
                     joints.iter().map(|(joint, by)| moved[*joint] / (by * gear).powi(2)).sum();
                 bias[2] = -2.0 * ratio * (gain * mass).sqrt();
             }
+            // Range of the control, or that of the joint scaled by `inheritrange`
             let mut control_range = self.compiler.range(&read, "ctrlrange", "ctrllimited")?;
             let inherited = read.number("inheritrange")?.unwrap_or(0.0);
             if inherited > 0.0 && is_position && control_range.is_none() {
@@ -91,6 +96,7 @@ impl MjcfReader<'_> {
                 let half = 0.5 * (high - low) * inherited;
                 control_range = Some([middle - half, middle + half]);
             }
+            // Without actuators the file is still checked.
             if !self.flags.actuators {
                 continue;
             }

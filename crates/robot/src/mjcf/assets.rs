@@ -2,7 +2,8 @@
 
 use super::MjcfReader;
 use super::compiler::Compiler;
-use crate::meshes::{self, Hulled, Volume, colour_of, stem, turned_back};
+use crate::meshes::{self, Hulled, Volume, stem, turned_back};
+use crate::painted::colour_of;
 use crate::xml::{Attributes, Element, Parsed};
 use nalgebra::Vector3;
 
@@ -43,9 +44,11 @@ impl MjcfReader<'_> {
             let why = format!("{name} is not supported; move and turn the vertices in the file");
             return Err(element.wrong(why));
         }
+        // Source of the mass
         let kinds = [("legacy", 0), ("exact", 1), ("convex", 2), ("shell", 3)];
         let usual = i32::from(self.compiler.exact_meshes);
         let inertia = read.word("inertia", &kinds)?.unwrap_or(usual);
+        // Vertices from a file or from the element. Without faces the mesh is their hull.
         let (name, found) = match (element.get("file"), element.numbers("vertex")?) {
             (Some(file), None) => {
                 let name = element.own("name").map_or_else(|| stem(file), str::to_owned);
@@ -71,6 +74,7 @@ impl MjcfReader<'_> {
                     .wrong("either file or vertex, with three numbers per vertex, is needed"));
             }
         };
+        // Volume from which mass and inertia follow, by the kind of `inertia`
         let counted = |hulled: Hulled| {
             let is_whole = hulled.outside == 0.0;
             let volume = match (inertia, hulled.volume) {

@@ -152,6 +152,7 @@ impl MjcfReader<'_> {
             read = self.defaulted(element, "")?;
         }
         self.note_soft(&read, SOFT);
+        // Kind of the joint
         let kinds = [
             ("hinge", Moves::Hinge),
             ("slide", Moves::Slide),
@@ -173,6 +174,7 @@ impl MjcfReader<'_> {
             Moves::Hinge | Moves::Ball => self.compiler.angle(value),
             Moves::Slide | Moves::Free => value,
         };
+        // Axis, anchor and range
         if matches!(moves, Moves::Hinge | Moves::Slide) {
             let axis = Vector3::from(read.exactly::<3>("axis")?.unwrap_or([0.0, 0.0, 1.0]));
             if axis.norm() <= 1e-12 {
@@ -188,6 +190,7 @@ impl MjcfReader<'_> {
             let range = self.compiler.range(&read, "range", "limited")?;
             joint.range = range.map(|range| range.map(angle)).filter(|_| self.flags.limits);
         }
+        // Springs, dampers and friction
         read.refuse_unless_zero(0, &[("springyield", "springs that yield are not supported")])?;
         let one = "terms of higher order are not supported; give one number";
         read.refuse_unless_zero(1, &[("stiffness", one), ("damping", one)])?;
@@ -199,6 +202,7 @@ impl MjcfReader<'_> {
         joint.damping = if self.flags.dampers { damping } else { 0.0 };
         joint.stiffness = if self.flags.springs { stiffness } else { 0.0 };
         joint.friction = if self.flags.friction { friction } else { 0.0 };
+        // `springdamper` needs the inertia that the joint moves, which is known after all bodies.
         let timed = read.exactly::<2>("springdamper")?;
         if let Some(two) = timed.filter(|two| two.iter().all(|one| *one > 0.0)) {
             if !matches!(moves, Moves::Hinge | Moves::Slide) {
@@ -262,6 +266,7 @@ impl MjcfReader<'_> {
                 return Err(format!("{}: {why}", link.at));
             }
         }
+        // Bounds of `boundmass` and `boundinertia`, and `balanceinertia`
         let [least_mass, least_moment] = self.compiler.least;
         for link in self.robot.links.iter_mut().skip(1) {
             let own = &mut link.mass;
@@ -270,6 +275,7 @@ impl MjcfReader<'_> {
             let mut moments = eigen.eigenvalues;
             if self.compiler.balanced {
                 let [a, b, c] = [moments[0], moments[1], moments[2]];
+                // Moments that no body has: one exceeds the sum of the others.
                 if a + b < c || b + c < a || c + a < b {
                     moments = Vector3::repeat((a + b + c) / 3.0);
                 }
@@ -281,6 +287,7 @@ impl MjcfReader<'_> {
                     symmetric(&(axes * Matrix3::from_diagonal(&bounded) * axes.transpose()));
             }
         }
+        // All masses are scaled to `settotalmass`.
         if let Some(total) = self.compiler.total_mass {
             let sum: f64 = self.robot.links.iter().map(|link| link.mass.mass).sum();
             if sum <= 0.0 {

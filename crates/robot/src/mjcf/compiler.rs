@@ -1,9 +1,10 @@
 //! `<compiler>`: units and conventions of a file.
 
 use super::defaults::Defaulted;
-use crate::frame::{LinkFrame, about, attitude_from_matrix, from_z, left_times};
+use crate::frame::{LinkFrame, about, attitude_from_matrix, from_z};
 use crate::xml::{Attributes, Element, Parsed};
 use nalgebra::{Matrix3, Vector3, Vector4};
+use tumble_core::mechanics::quaternion::product;
 
 /// State of a limit. `None` stands for `auto`.
 pub type Limited = Option<bool>;
@@ -164,6 +165,7 @@ impl Compiler {
                 Err(element.wrong(format!("{field}: the length of a vector is zero")))
             }
         };
+        // One of five forms
         if let Some(quaternion) = element.exactly::<4>("quat")? {
             let quaternion = Vector4::from(quaternion);
             return if quaternion.norm() > 1e-12 {
@@ -182,6 +184,7 @@ impl Compiler {
         if let Some([a, b, c, d, e, f]) = element.exactly::<6>("xyaxes")? {
             let x = unit(Vector3::new(a, b, c), "xyaxes")?;
             let y = Vector3::new(d, e, f);
+            // Gram and Schmidt: y becomes perpendicular to x.
             let y = unit(y - x * x.dot(&y), "xyaxes")?;
             let turn = Matrix3::from_columns(&[x, y, x.cross(&y)]);
             return Ok(Some(attitude_from_matrix(&turn)));
@@ -204,9 +207,9 @@ impl Compiler {
             };
             let turn = about(&axis, self.angle(angle));
             attitude = if letter.is_ascii_lowercase() {
-                left_times(&attitude, &turn)
+                product(&attitude, &turn)
             } else {
-                left_times(&turn, &attitude)
+                product(&turn, &attitude)
             };
         }
         attitude.normalize()

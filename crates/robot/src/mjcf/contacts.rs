@@ -33,6 +33,7 @@ impl MjcfReader<'_> {
         element.refuse_others("name class geom1 geom2 condim friction", SOFT)?;
         let read = self.defaulted(element, "")?;
         self.note_soft(&read, SOFT);
+        // Shapes of the pair
         let find = |field: &str| {
             let name = element.needed(field)?;
             let found =
@@ -52,6 +53,7 @@ impl MjcfReader<'_> {
         if [a, b].iter().any(|shape| shape.form == RobotForm::Plane && carriers[shape.link] != 0) {
             return Err(element.wrong("geom1, geom2: a plane must belong to the world"));
         }
+        // Friction: two for sliding, one for torsion, two for rolling
         let friction = read.numbers("friction")?.unwrap_or_default();
         if friction.len() > 5 || friction.iter().any(|part| *part < 0.0) {
             return Err(element.wrong("friction: one to five numbers of 0 or more are needed"));

@@ -38,6 +38,7 @@ impl MjcfReader<'_> {
             Some([count]) if *count >= 0.0 && count.fract() == 0.0 => Ok(*count as usize),
             Some(_) => Err(format!("{name}: a whole number is needed")),
         };
+        // Heights from an image, a binary file or the element
         let grid = match element.get("file") {
             Some(file) => {
                 let path = self.reading.folder.join(self.mesh_file(file));
@@ -73,6 +74,7 @@ impl MjcfReader<'_> {
                 HeightGrid::from_rows(&rows)?.upside_down()
             }
         };
+        // Heights from 0 to the given one
         let HeightGrid { mut values, columns } = grid;
         let low = values.iter().copied().fold(f64::INFINITY, f64::min);
         let range = values.iter().copied().fold(f64::NEG_INFINITY, f64::max) - low;

@@ -74,6 +74,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Parsed<Robot> {
         return Err(other.wrong("this element is unknown or not supported"));
     }
     root.refuse_others("model", "xmlns schemaLocation")?;
+    // Settings of the whole file
     let compiler = Compiler::from_root(&root)?;
     let root = replicated::replicated(&root, &compiler)?;
     let sections = |tag: &'static str| root.all(tag);
@@ -98,6 +99,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Parsed<Robot> {
         notes,
         robot,
     };
+    // Assets before bodies, bodies before what refers to them
     for asset in sections("asset") {
         reader.read_assets(asset)?;
     }
@@ -117,6 +119,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Parsed<Robot> {
     for keys in sections("keyframe") {
         reader.read_keys(keys)?;
     }
+    // Sections without effect on the motion
     for tag in ["visual", "statistic", "custom", "sensor", "size"] {
         for section in sections(tag) {
             reader.notes.idle(&section.tag);

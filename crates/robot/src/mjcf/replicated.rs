@@ -64,6 +64,7 @@ impl Copies<'_> {
         let digits = (count - 1).to_string().len();
         let mut position = Vector3::zeros();
         let mut frames = Vec::with_capacity(count);
+        // Frame k, with the number in the names of its content
         for number in 0..count {
             let attitude = self.compiler.euler(angles.map(|angle| angle * number as f64));
             let suffix = format!("{between}{number:0digits$}");

@@ -6,8 +6,9 @@ use super::defaults::Defaulted;
 use super::sites::ends;
 use crate::frame::LinkFrame;
 use crate::mass::solid;
-use crate::meshes::{self, Volume, colour_of};
+use crate::meshes::{self, Volume};
 use crate::model::{LinkMass, LookForm, RobotForm, RobotLook, RobotShape};
+use crate::painted::colour_of;
 use crate::xml::{Attributes, Element, Parsed};
 use nalgebra::Vector3;
 use std::collections::BTreeSet;
@@ -62,7 +63,9 @@ impl MjcfReader<'_> {
             ],
         )?;
         let usual = if read.get("mesh").is_some() { GeomKind::Mesh } else { GeomKind::Sphere };
+        // Kind of the shape; a mesh if one is named
         let kind = read.word("type", &KINDS)?.unwrap_or(usual);
+        // Shapes that touch nothing have a mass and a look.
         let groups = [group(&read, "contype")?, group(&read, "conaffinity")?];
         let touches = groups != [0, 0];
         if matches!(kind, GeomKind::Field | GeomKind::Distances) && !touches {
@@ -88,6 +91,7 @@ impl MjcfReader<'_> {
         }
         let (form, own, volume) = self.form(&read, kind)?;
         let placed = frame.then(&own);
+        // Sliding, torsional and rolling friction; the last two have MuJoCo's defaults.
         let friction = read.numbers("friction")?.unwrap_or_default();
         if friction.len() > 3 || friction.iter().any(|part| *part < 0.0) {
             return Err(element.wrong("friction: one to three numbers of 0 or more are needed"));
@@ -96,6 +100,7 @@ impl MjcfReader<'_> {
             .map(|(index, usual)| friction.get(index).copied().unwrap_or(usual));
         let turning = if touches { turning } else { [0.0; 2] };
         let condim = self.condim(&read, turning)?;
+        // Mass, then the first plane as ground and others as boxes
         self.add_geom_inertia(&read, link, &placed, &form, &volume)?;
         let (form, placed) = match form {
             RobotForm::Plane if touches && std::mem::replace(&mut self.has_ground, true) => {
@@ -184,6 +189,7 @@ impl MjcfReader<'_> {
             }
             None => Err(element.wrong(format!("size: {} numbers are needed", index + 1))),
         };
+        // `fromto` has both ends, and `size` the radius only.
         if let Some((frame, half)) = ends(read)? {
             let radius = size(0)?;
             let form = match kind {
@@ -198,6 +204,7 @@ impl MjcfReader<'_> {
             };
             return Ok((form, frame, Volume::Hull));
         }
+        // Sizes by kind: half lengths and radii
         let three = || Ok::<_, String>(Vector3::new(size(0)?, size(1)?, size(2)?));
         let mut volume = Volume::Hull;
         let form = match kind {

@@ -101,10 +101,12 @@ impl MjcfReader<'_> {
                 Err(element.wrong(format!("{field}: {what}")))
             };
             let mut sum = None;
+            // Two joints: a drive of their sum. One joint: its limit.
             match (joints.as_deref(), range) {
                 (Some(&[first, second]), range) => {
                     if range.is_some() || pull.first().is_some() {
                         let by = first.1;
+                        // The sum is a (q₁ + (b/a) q₂): its limits are divided by a.
                         let limits = range.map(|range| sorted(range.map(|end| end / by)));
                         let drive = Drive { limits, ..pull.along(by) };
                         sum = Some(self.add_sum([first, second], drive, element.at()));

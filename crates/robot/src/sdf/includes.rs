@@ -45,6 +45,7 @@ impl<'a> Includes<'a> {
             return Err(include.wrong("merge is not supported; include the model without it"));
         }
         let file = if uri.ends_with(".sdf") { uri.to_owned() } else { format!("{uri}/model.sdf") };
+        // Files may include each other, so their number and size are bounded.
         self.files += 1;
         if self.files > MOST_FILES {
             return Err(include.wrong(format!(
@@ -66,9 +67,11 @@ impl<'a> Includes<'a> {
         let model = root.all("model").next().filter(|_| root.tag == "sdf");
         let mut model =
             model.ok_or_else(|| root.wrong("an <sdf> with a <model> is needed"))?.clone();
+        // Paths in the file are relative to its folder.
         let folder = file.rsplit_once('/').map_or("", |(folder, _)| folder);
         in_folder(&mut model, folder);
         self.expand(&mut model)?;
+        // Fields of the include replace those of the model.
         for field in &include.children {
             match &*field.tag {
                 "name" => set(&mut model, "name", &field.text),

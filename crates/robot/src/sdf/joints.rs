@@ -33,12 +33,14 @@ impl SdfReader<'_> {
         if self.frames.models[model].is_static {
             return Ok(Vec::new());
         }
+        // Frame of the child in the parent, and anchor in the child. The links keep their own frames.
         let (base, pose) = pose_of(element, scope, &below)?;
         let own = self.frames.world(&base, element)?.then(&pose);
         let child_frame = self.frames.world(&child, element)?;
         let frame = child_frame.relative_to(&self.frames.world(&parent, element)?);
         let anchor = own.relative_to(&child_frame).position;
         carried.insert(child.clone());
+        // Parts of the joint in URDF
         let placed = |name: &str, kind: &str, ends: [&str; 2], frame: &LinkFrame| {
             let joint = self.joined(element, name, kind, ends, frame);
             joint.with(extra::ANCHOR, text_of(anchor.as_slice()))
@@ -64,11 +66,13 @@ impl SdfReader<'_> {
             kind @ ("revolute" | "continuous" | "prismatic" | "planar") => {
                 vec![with_axis(one(kind), "axis")?]
             }
+            // Two hinges about the same point
             "universal" | "revolute2" => vec![
                 with_axis(upper(&format!("{name}_1"), "revolute"), "axis")?,
                 with_axis(lower(&format!("{name}_2")), "axis2")?,
                 between,
             ],
+            // A slide that follows a hinge by m a turn, or by rad/m with the opposite sign.
             "screw" => {
                 let pitch = number(element, "screw_thread_pitch")?;
                 let turns = number(element, "thread_pitch")?.filter(|turns| *turns != 0.0);

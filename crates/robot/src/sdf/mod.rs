@@ -37,6 +37,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Parsed<Robot> {
     check(&root, &names::NAMES, &mut notes)?;
     let world = root.one("world")?;
     let scene = world.unwrap_or(&root);
+    // A world has its own gravity and step. A model alone has the usual ones.
     let gravity = scene.one("gravity")?.map(vector).transpose()?;
     let usual = Vector3::new(0.0, 0.0, if world.is_some() { -9.8 } else { -9.81 });
     let physics = scene.all("physics").next();
@@ -47,6 +48,7 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Parsed<Robot> {
         ..RobotOptions::usual(world.is_some())
     };
     let frames = Frames::new(scene)?;
+    // If all models are in one, its name is left out of theirs.
     let prefix = match &frames.models[..] {
         [_, first, others @ ..] if others.iter().all(|other| is_in(other, first)) => {
             format!("{}.", first.key)
@@ -57,9 +59,11 @@ pub fn read(root: &Element, reading: &Reading<'_>) -> Parsed<Robot> {
     let is_old = version.is_some_and(|version| version < 1.45);
     let is_fixed = reading.is_fixed;
     let mut reader = SdfReader { frames: &frames, prefix, is_old, is_fixed, notes };
+    // The tree in URDF, read as such
     let tree = reader.tree(scene)?;
     let SdfReader { notes, prefix, .. } = reader;
     let mut robot = robot_of(&tree, options, notes, reading)?;
+    // Named frames
     for key in &frames.named {
         let link = frames.link_of(key, scene)?;
         let frame = frames.world(key, scene)?.relative_to(&frames.world(&link, scene)?);
@@ -213,6 +217,7 @@ impl<'a> SdfReader<'a> {
             .with("name", self.named(&own))
             .with(extra::WEIGHTLESS, weightless);
         converted.children.push(self.inertial(element, scope, &own)?);
+        // Collision shapes and visuals
         for shape in element.all("collision").chain(element.all("visual")) {
             let geometry = shape.one("geometry")?;
             let geometry = geometry.ok_or_else(|| shape.wrong("<geometry> is needed"))?;

@@ -2,11 +2,12 @@
 
 use super::{UrdfReader, extra};
 use crate::between::carried;
-use crate::frame::{LinkFrame, about, left_times};
+use crate::frame::{LinkFrame, about};
 use crate::mass::solid;
 use crate::model::LinkMass;
 use crate::xml::{Attributes, Element, Parsed};
 use nalgebra::{Matrix3, Vector3, Vector4};
+use tumble_core::mechanics::quaternion::product;
 
 /// Minimum mass of a link (kg), equal to that of a scene body. Files use smaller masses for frames.
 pub(crate) const LEAST_MASS: f64 = 1e-9;
@@ -73,6 +74,7 @@ impl UrdfReader<'_> {
                 self.robot.links[link].mass = shapes.times(density);
             }
         }
+        // Each moving link with all that is fixed to it
         let (mut dense, mut spread) = (0, 0);
         for (index, mass) in carried(&self.robot).into_iter().enumerate().skip(1) {
             let has_inertia = mass.inertia.symmetric_eigenvalues().min() > 0.0;
@@ -131,6 +133,6 @@ pub(super) fn origin(element: &Element) -> Parsed<LinkFrame> {
 
 /// Quaternion of rotations about the fixed axes x, y and z in this order (rad).
 pub fn attitude_from_angles([roll, pitch, yaw]: [f64; 3]) -> Vector4<f64> {
-    let turned = left_times(&about(&Vector3::y(), pitch), &about(&Vector3::x(), roll));
-    left_times(&about(&Vector3::z(), yaw), &turned).normalize()
+    let turned = product(&about(&Vector3::y(), pitch), &about(&Vector3::x(), roll));
+    product(&about(&Vector3::z(), yaw), &turned).normalize()
 }

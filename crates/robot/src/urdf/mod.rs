@@ -152,6 +152,7 @@ impl<'a> UrdfReader<'a> {
         let root = self.tree.root;
         let name = root.needed("name")?;
         let mut todo = Vec::new();
+        // The root is the world, or a body that is fixed or free.
         let index = match name {
             "world" => {
                 self.read_shapes(root, 0)?;
@@ -179,6 +180,7 @@ impl<'a> UrdfReader<'a> {
             if !joints.is_empty() && self.is_frame(child)? {
                 self.held.extend(joints.drain(..).map(|joint| joint.name));
             }
+            // A link without mass hands its joints to the next one.
             if let Some(below) = self.passes_on(child, &joints)? {
                 self.notes.idle("link without mass between joints");
                 todo.push(Hanging { joint: below, parent, before: joints, frame });
@@ -345,6 +347,7 @@ impl<'a> UrdfReader<'a> {
                 vec![self.with_limits_and_dynamics(element, one(Moves::Hinge), false)?]
             }
             "prismatic" => vec![self.with_limits_and_dynamics(element, one(Moves::Slide), true)?],
+            // Two slides in the plane and a hinge across it
             "planar" => {
                 let plane =
                     LinkFrame { attitude: super::frame::from_z(&axis), ..LinkFrame::identity() };
@@ -361,6 +364,7 @@ impl<'a> UrdfReader<'a> {
                 ));
             }
         };
+        // Joints before this one on the same link are relative to its frame.
         let back = frame.rotation().transpose();
         let moved = |joint: &RobotJoint| RobotJoint {
             anchor: back * (joint.anchor - frame.position),
@@ -422,6 +426,7 @@ impl<'a> UrdfReader<'a> {
             joint.stiffness = dynamics.bounded(stiffness, 0.0, [0.0, 1e12])?;
             joint.rest = dynamics.bounded(rest, 0.0, [-FARTHEST, FARTHEST])?;
         }
+        // Range and effort
         let Some(limit) = element.one("limit")? else {
             return if limited {
                 Err(element.wrong("<limit> is needed; a joint without limits is continuous"))

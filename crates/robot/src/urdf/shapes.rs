@@ -3,8 +3,9 @@
 use super::masses::origin;
 use super::{UrdfReader, extra};
 use crate::PiecesOfMesh;
-use crate::meshes::{self, PaintedSurface, colour_of};
+use crate::meshes::{self, PaintedSurface};
 use crate::model::{LookForm, RobotForm, RobotLook, RobotShape};
+use crate::painted::colour_of;
 use crate::xml::{Attributes, Element, Parsed};
 use nalgebra::Vector3;
 
@@ -183,11 +184,10 @@ fn is_empty(form: &Element) -> Parsed<bool> {
     let fields: &[&str] = match &*form.tag {
         "box" => &["size"],
         "mesh" => &["scale"],
-        "sphere" => &["radius"],
+        // A capsule of length 0 is a sphere.
+        "sphere" | "capsule" => &["radius"],
         "cylinder" | "cone" => &["length", "radius"],
         "ellipsoid" => &["radii"],
-        // A capsule of length 0 is a sphere.
-        "capsule" => &["radius"],
         _ => &[],
     };
     for field in fields {

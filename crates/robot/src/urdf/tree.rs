@@ -26,6 +26,7 @@ impl<'e> LinkTree<'e> {
                 return Err(link.wrong(format!("there are more than {MOST_LINKS} links")));
             }
         }
+        // Joints below each link. A child has one parent.
         let (mut below, mut parents) = (HashMap::<_, Vec<_>>::new(), HashMap::new());
         let mut names = HashMap::new();
         for joint in root.all("joint") {
@@ -46,6 +47,7 @@ impl<'e> LinkTree<'e> {
             }
             below.entry(parent).or_default().push(joint);
         }
+        // Exactly one link has no parent.
         let mut roots =
             root.all("link").filter(|link| !parents.contains_key(link.own("name").unwrap_or("")));
         let first = roots.next();

@@ -67,7 +67,6 @@ impl Canvas {
         }
     }
 
-    /// Fills the union of polygons.
     pub fn fill_union(&mut self, polygons: &[Vec<Pixel>], colour: Rgb, cover: f32) {
         let mut path = PathBuilder::new();
         for polygon in polygons.iter().filter(|polygon| polygon.len() > 2) {
@@ -91,7 +90,6 @@ impl Canvas {
         }
     }
 
-    /// Fills a path.
     pub fn fill_path(&mut self, path: &Path, colour: Rgb) {
         let (paint, whole) = (paint(colour, 1.0), Transform::identity());
         self.pixmap.fill_path(path, &paint, FillRule::Winding, whole, None);

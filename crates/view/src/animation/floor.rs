@@ -3,15 +3,13 @@
 use super::camera::Camera;
 use super::canvas::Canvas;
 use super::outline::hull;
-use super::palette::{SHADOW_STEPS, mix};
+use super::palette::{FADES, SHADOW_STEPS, mix};
 use crate::palette::Theme;
 use nalgebra::{Vector2, Vector3};
 
 /// Approximate number of grid lines along the longer side of the motion.
 const LINES: f64 = 10.0;
 
-/// Number of steps in which the ground fades to the background.
-pub const FADES: u8 = 12;
 /// Radius of the ground over that of the motion, and share of it from which the ground fades.
 const REACH: f64 = 3.2;
 const FADE_START: f64 = 0.35;

@@ -4,11 +4,12 @@
 //! colours, so that the palette also holds the blends for smooth edges. Each pixel gets the nearest
 //! colour, without dithering.
 
-use super::floor::FADES;
 use crate::film::Film;
 use crate::palette::{self, Rgb, STILL, Theme};
 use crate::shape::Shape;
 
+/// Number of steps in which the ground fades to the background.
+pub const FADES: u8 = 12;
 /// Number of shades of a hue.
 const LEVELS: usize = 48;
 /// Reflected light of a white surface in the darkest and the brightest shade.

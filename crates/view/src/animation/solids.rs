@@ -74,6 +74,7 @@ impl<'a> Canvas3d<'a> {
         let mut lights = vec![None; surface.faces.len()];
         for (face, light_of_face) in surface.faces.iter().zip(&mut lights) {
             let normal = pose.rotation * face.normal;
+            // Faces of a rounded hull are its radius outside the core.
             let out = normal * radius;
             if normal.dot(&(eye - places[face.corners[0]] - out)) <= 0.0 {
                 continue;
@@ -89,6 +90,7 @@ impl<'a> Canvas3d<'a> {
             self.raster.polygon(&spots, self.hue, &shades);
             *light_of_face = Some(self.lit(&normal));
         }
+        // Edges of a rounded hull are drawn once, from their smaller vertex.
         if radius > 0.0 {
             for face in &surface.faces {
                 for k in 0..face.corners.len() {
@@ -101,6 +103,7 @@ impl<'a> Canvas3d<'a> {
             }
             return;
         }
+        // Creases between visible faces
         for ([a, b], faces) in &surface.creases {
             let light_of_face = faces.iter().filter_map(|face| lights[*face]);
             let Some(light) = light_of_face.reduce(f32::min) else { continue };

@@ -114,6 +114,7 @@ impl Backdrop {
         let light = Light::for_azimuth(view.azimuth);
         let to_ground = film.to_ground();
         let drawn = drawn(film);
+        // Everything that the camera has to show: bodies, tips of arrows, and shadows
         let mut points = Vec::new();
         for moment in moments {
             for (drawn_body, pose) in drawn.iter().zip(moment.poses.iter().chain([&to_ground])) {
@@ -127,6 +128,7 @@ impl Backdrop {
         points.extend(more);
         let turn = to_ground.rotation.to_rotation_matrix();
         let mut camera = Camera::fit(view, &turn, settings.size, &points);
+        // A window smaller than the view has a grid of its own width.
         let (windows, distance) = framed(&camera, &drawn, moments, floor.is_some());
         camera.window = windows[0];
         if camera.window.half < Window::WHOLE.half {

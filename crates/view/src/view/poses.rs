@@ -77,6 +77,7 @@ impl EncodedPoses {
         let frames = &film.frames;
         let flat = film.world.bodies().iter().filter(|body| body.pieces().is_empty());
         let points = flat.map(|body| body.contact_points().len()).max().unwrap_or(0);
+        // Frames are left out of long films and of films with many bodies or points.
         let most = (MOST_FRAMES * 8 / points.max(8)).min(MOST_POSES / film.bodies.len());
         let every = spacing(frames.len(), most.max(FEWEST_FRAMES));
         let shown: Vec<usize> = shown(frames.len(), every).collect();
@@ -95,7 +96,9 @@ impl EncodedPoses {
                 |b: usize| spans.iter().map(|span| part(&span[0].instant_states()[b])).collect();
             (0..film.bodies.len()).map(of_body).collect()
         };
+        // Positions are relative to the start, so that they have few digits.
         let positions = [0, 1, 2].map(|k| of_bodies(&|pose| pose.position[k] - origin[k]));
+        // Forces of each contact in all frames
         let pushes = pushes(scale, &spans);
         let friction = |site: &ContactKey| film.world.friction_between(site.body, site.partner);
         let of_pushes = |value: &dyn Fn(&DrawnForce, usize) -> Option<f64>| -> Vec<f64> {

@@ -76,7 +76,7 @@ pub(super) struct Neighbours {
     trajectories: Vec<Trajectory>,
     /// Spare buffers, swapped with the poses of the start, their contacts and the pairs.
     spare_start: Vec<Pose>,
-    spare_kept: Vec<Contact>,
+    spare_contacts: Vec<Contact>,
     /// New contacts of pairs that have moved.
     moved: Vec<Contact>,
     /// Index of each moved pair, and its range in `moved`.
@@ -120,38 +120,52 @@ impl Neighbours {
         if !self.stand(world, states) {
             return;
         }
+        self.partners.update(world, &self.colliders, &self.memory.pairs);
+        if self.memory.start != self.poses {
+            std::mem::swap(&mut self.memory.start, &mut self.spare_start);
+            self.memory.start.clone_from(&self.poses);
+            self.find_moved(world, states);
+            self.replace_moved();
+            // Contacts that the last step added stay while their bodies do.
+            let Self { memory, spare_start: before, poses, .. } = self;
+            let stays = |body| is_still(PieceOwner::Body(body), before, poses);
+            memory.added.retain(|contact| contact.key.bodies().all(stays));
+        }
+        contacts.extend_from_slice(&self.memory.pair_contacts);
+        contacts.extend_from_slice(&self.memory.added);
+    }
+
+    /// Finds the contacts of all pairs that have moved, or whose surroundings have.
+    fn find_moved(&mut self, world: &World, states: &[State]) {
         let Self {
-            memory, colliders, extents, poses, partners, placement, scratch, touches, ..
+            memory,
+            colliders,
+            extents,
+            poses,
+            spare_start: before,
+            partners,
+            placement,
+            scratch,
+            touches,
+            moved,
+            moved_pairs,
+            ..
         } = self;
         let exposure = &mut placement.exposure;
-        let Memory { pairs, start, kept, joined, .. } = &mut **memory;
-        partners.update(world, colliders, pairs);
-        if start == poses {
-            // Nothing has moved.
-            contacts.extend_from_slice(kept);
-            contacts.extend_from_slice(joined);
-            return;
-        }
-        std::mem::swap(start, &mut self.spare_start);
-        let before = &self.spare_start;
-        start.clone_from(poses);
-        let (moved, moved_pairs) = (&mut self.moved, &mut self.moved_pairs);
         moved.clear();
         moved_pairs.clear();
-        let still = |owner: PieceOwner| match owner {
-            PieceOwner::Fixed(_) => true,
-            PieceOwner::Body(index) => before.get(index) == Some(&poses[index]),
-        };
+        let still = |owner: PieceOwner| is_still(owner, before, poses);
         // First contact of the current piece with its terrains, and how far the piece has moved.
         let mut piece = usize::MAX;
         let mut first_of_piece = 0;
         let mut moved_by = 0.0;
-        for (index, pair) in pairs.iter_mut().enumerate() {
-            let [a, b] = pair.colliders.map(|at| colliders.at(at));
+        for (index, pair) in memory.pairs.iter_mut().enumerate() {
+            let [a, b] = pair.colliders.map(|number| colliders.at(number));
             if still(a.owner) && still(b.owner) && partners.are_all(pair.colliders, still) {
                 continue;
             }
             let first = moved.len();
+            // A terrain has many triangles near a piece. A bound on the clearance excludes most of them.
             let is_triangle = is_triangle(world, b);
             if is_triangle {
                 if piece != pair.colliders[0] {
@@ -161,7 +175,7 @@ impl Neighbours {
                 pair.clearance.0 -= moved_by;
                 if pair.clearance.0 > TOUCH * extents[piece].size {
                     (pair.gap, pair.is_bound) = (pair.clearance.0, true);
-                    if !pair.kept.is_empty() {
+                    if !pair.contacts.is_empty() {
                         moved_pairs.push((index, first..first));
                     }
                     continue;
@@ -176,12 +190,12 @@ impl Neighbours {
                 // It touched before. Most other pieces near a body are never touched.
                 partners.list_hidden(world, pair.colliders);
             }
-            let of = Exposure { world, partners, colliders: [a, b], numbers: pair.colliders };
+            let exposed = Exposure { world, partners, colliders: [a, b], numbers: pair.colliders };
             let reach = BAND * size;
             let within = TOUCH * size;
             let search = ContactSearch { reach, within, plane_of, with_hidden: false };
             let workspace = (&mut *scratch, &mut *exposure);
-            pair.gap = of.contact_points(poses, &[poses], search, hint, workspace, touches).0;
+            pair.gap = exposed.contact_points(poses, &[poses], search, hint, workspace, touches).0;
             // The gap was computed from the plane's side. Other calls may differ in the last bit.
             pair.is_bound = true;
             let between =
@@ -203,29 +217,36 @@ impl Neighbours {
             }
             moved_pairs.push((index, first..moved.len()));
         }
+    }
+
+    /// Puts the contacts of moved pairs in the place of their last ones, in the order of the pairs.
+    fn replace_moved(&mut self) {
+        let Self { memory, moved, moved_pairs, spare_contacts: last, .. } = self;
+        let Memory { pairs, pair_contacts, .. } = &mut **memory;
         // Pairs may have been added or removed.
-        let is_whole = pairs.iter().map(|pair| pair.kept.len()).sum::<usize>() == kept.len();
-        if is_whole && moved_pairs.iter().all(|(pair, of)| pairs[*pair].kept.len() == of.len()) {
-            for (pair, of) in &*moved_pairs {
-                kept[pairs[*pair].kept.clone()].copy_from_slice(&moved[of.clone()]);
+        let is_whole =
+            pairs.iter().map(|pair| pair.contacts.len()).sum::<usize>() == pair_contacts.len();
+        let has_same_count =
+            |(pair, new): &(usize, Range<usize>)| pairs[*pair].contacts.len() == new.len();
+        if is_whole && moved_pairs.iter().all(has_same_count) {
+            for (pair, new) in &*moved_pairs {
+                pair_contacts[pairs[*pair].contacts.clone()].copy_from_slice(&moved[new.clone()]);
             }
-        } else {
-            let was = &mut self.spare_kept;
-            std::mem::swap(kept, was);
-            kept.clear();
-            let mut moved_pairs = moved_pairs.iter().peekable();
-            for (index, pair) in pairs.iter_mut().enumerate() {
-                let first = kept.len();
-                match moved_pairs.next_if(|(pair, _)| *pair == index) {
-                    Some((_, of)) => kept.extend_from_slice(&moved[of.clone()]),
-                    None => kept.extend_from_slice(&was[pair.kept.clone()]),
-                }
-                pair.kept = first..kept.len();
-            }
+            return;
         }
-        contacts.extend_from_slice(kept);
-        joined.retain(|contact| contact.key.bodies().map(PieceOwner::Body).all(still));
-        contacts.extend_from_slice(joined);
+        std::mem::swap(pair_contacts, last);
+        pair_contacts.clear();
+        let mut moved_pairs = moved_pairs.iter().peekable();
+        for (index, pair) in pairs.iter_mut().enumerate() {
+            let first = pair_contacts.len();
+            pair_contacts.extend_from_slice(
+                match moved_pairs.next_if(|(pair, _)| *pair == index) {
+                    Some((_, new)) => &moved[new.clone()],
+                    None => &last[pair.contacts.clone()],
+                },
+            );
+            pair.contacts = first..pair_contacts.len();
+        }
     }
 
     /// Adds the missing contacts of pieces that overlap by more than `depth` (m) with the bodies at
@@ -245,12 +266,11 @@ impl Neighbours {
         // A repeated search of the same step finds the same contacts again.
         if contacts.len() > known {
             let Self { memory, index, .. } = self;
-            let Memory { joined, .. } = &mut **memory;
-            joined.retain(|before| {
+            memory.added.retain(|before| {
                 let mut same = index.between(contacts, ends_of(&before.key));
                 !same.any(|place| place >= known && contacts[place].key == before.key)
             });
-            joined.extend_from_slice(&contacts[known..]);
+            memory.added.extend_from_slice(&contacts[known..]);
         }
         contacts.len() > known
     }
@@ -323,6 +343,7 @@ impl Neighbours {
             with_hidden: false,
             missed: None,
         };
+        // Pairs that touch now get their contacts at once. The others are collected with their times.
         collisions.clear();
         let is_from_start = colliders.has_terrains() && *look.start == memory.start[..];
         for (index, pair) in pairs.iter_mut().enumerate() {
@@ -352,6 +373,7 @@ impl Neighbours {
                 meet(met, owners, collision.share);
             }
         }
+        // A pair that the solution leaves overlapping may have hidden points only.
         if reached == Reached::Solved && contacts.len() == known {
             for collision in collisions {
                 let mut pair = pairs[collision.pair].looked(colliders);
@@ -443,6 +465,7 @@ impl Neighbours {
                 pair.gap = distance_lower_bound(pieces.0, pieces.1, &pair.hint);
                 pair.is_bound = true;
             }
+            // The exact depth is computed only where the bound leaves it open.
             if pair.is_bound && pair.gap < 0.0 {
                 let hint = &mut pair.hint;
                 pair.gap = manifold(pieces.0, pieces.1, 0.0, PieceSide::A, hint, scratch, touches);
@@ -525,6 +548,14 @@ pub(super) fn has_pairs(world: &World) -> bool {
     world.bodies().len() + world.fixed_count() >= 2
 }
 
+/// True if an owner has the same pose in both lists.
+fn is_still(owner: PieceOwner, before: &[Pose], poses: &[Pose]) -> bool {
+    match owner {
+        PieceOwner::Fixed(_) => true,
+        PieceOwner::Body(index) => before.get(index) == Some(&poses[index]),
+    }
+}
+
 /// Bound on the displacement of a piece's points from one pose to another (m). `arm` is the largest
 /// distance of the points from the centre of mass (m).
 fn displacement(owner: PieceOwner, arm: f64, from: &[Pose], to: &[Pose]) -> f64 {
@@ -561,9 +592,9 @@ fn meet(met: &mut [f64], owners: [PieceOwner; 2], share: f64) {
 
 /// First collision of one of two owners, as a fraction of the trajectory; ∞ if there is none.
 fn has_met(met: &[f64], owners: [PieceOwner; 2]) -> f64 {
-    let of = |owner: PieceOwner| match owner {
+    let first = |owner: PieceOwner| match owner {
         PieceOwner::Body(index) => met[index],
         PieceOwner::Fixed(_) => f64::INFINITY,
     };
-    of(owners[0]).min(of(owners[1]))
+    first(owners[0]).min(first(owners[1]))
 }

@@ -163,7 +163,7 @@ fn known_or_new(pairs: &[Neighbour], colliders: [usize; 2]) -> Neighbour {
             hint: Hint::default(),
             gap: f64::INFINITY,
             is_bound: true,
-            kept: 0..0,
+            contacts: 0..0,
             clearance: Clearance::default(),
         },
         |place| pairs[place].clone(),

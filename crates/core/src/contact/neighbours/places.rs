@@ -1,7 +1,6 @@
 //! Poses of the pieces, at rest in a state or on their trajectories between two states.
 
-use super::{Neighbours, has_pairs};
-use crate::contact::collider::PieceOwner;
+use super::{Neighbours, has_pairs, is_still};
 use crate::contact::memory::Memory;
 use crate::mechanics::{Pose, State, Trajectory};
 use crate::world::World;
@@ -52,8 +51,7 @@ impl Neighbours {
             } else {
                 set_poses(begin, states);
             }
-            from.clear();
-            from.extend_from_slice(states);
+            states.clone_into(from);
         }
         self.set_end(next);
         self.trajectories.clear();
@@ -67,18 +65,14 @@ impl Neighbours {
     }
 
     pub(super) fn set_end(&mut self, states: &[State]) {
-        self.memory.end.clear();
-        self.memory.end.extend_from_slice(states);
+        states.clone_into(&mut self.memory.end);
         std::mem::swap(&mut self.poses, &mut self.spare_poses);
         set_poses(&mut self.poses, states);
         // Separations were evaluated at the previous poses.
         let Self { memory, colliders, poses, spare_poses: before, .. } = self;
         let Memory { pairs, .. } = &mut **memory;
         if poses != before {
-            let stays = |at: usize| match colliders.at(at).owner {
-                PieceOwner::Body(index) => before.get(index) == Some(&poses[index]),
-                PieceOwner::Fixed(_) => true,
-            };
+            let stays = |number: usize| is_still(colliders.at(number).owner, before, poses);
             for pair in pairs.iter_mut().filter(|pair| !pair.is_bound) {
                 pair.is_bound = !(pair.colliders.into_iter().all(stays));
             }
@@ -95,7 +89,6 @@ fn is_of(world: &World, states: &[State]) -> bool {
         && bodies.iter().any(|body| !body.pieces().is_empty())
 }
 
-/// Sets `poses` to the poses of `states`.
 pub(super) fn set_poses(poses: &mut Vec<Pose>, states: &[State]) {
     poses.clear();
     poses.extend(states.iter().map(State::pose));

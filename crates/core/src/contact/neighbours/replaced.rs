@@ -59,6 +59,7 @@ impl Neighbours {
         replaced.substitutes.retain(|contact| !has_plane_of(&misplaced, contact));
         let mut done = Vec::new();
         for contact in &misplaced {
+            // Each pair of pieces is examined once.
             let Some(sides) = partners.colliders_of(contact) else { continue };
             let numbers = sides.map(|(number, _)| number);
             let is_pair = |pair: [usize; 2]| pair == numbers || [pair[1], pair[0]] == numbers;
@@ -73,6 +74,7 @@ impl Neighbours {
             let both = [a, b].map(|collider| placed(world, poses, collider));
             let smaller = size(both[0].0).min(size(both[1].0));
             let hint = &mut pair.hint;
+            // Nearest points at the end of the step. The pieces may be apart there.
             let distance = signed_distance(both[0], both[1], hint, scratch).distance.max(0.0);
             let reach = BAND * smaller + distance;
             let plane_of = plane_of(world, states, begin, a, b);
@@ -82,6 +84,7 @@ impl Neighbours {
             exposure.contact_points(poses, &[begin, poses], search, hint, workspace, touches);
             let between =
                 ContactBuilder { world, colliders: [a, b], at: poses, start: begin, states };
+            // A substitute does not begin below a surface.
             let found = touches.iter().filter_map(|touch| between.contact(touch, 0));
             let found = found.filter(|contact| contact.gap >= -SAME_GAP * smaller);
             replaced.substitutes.extend(found);

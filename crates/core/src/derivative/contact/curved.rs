@@ -33,10 +33,12 @@ impl ContactTangent {
         let offset_vector = x - y;
         let moved = sides.0.carried(&x) - sides.1.carried(&y);
         let ways = [u, v];
+        // The nearest points slide along their cores, so that D stays perpendicular to both.
         let (slid_a, slid_b) =
             slid(curved, curved.shares, &ways, [by_a * u, by_b * v], (&offset_vector, &moved));
         let way_change = moved + u * slid_a - v * slid_b;
         let distance = offset_vector.norm();
+        // δn: the normal is the direction of D at k.
         let turned = across(&n, &way_change) / distance;
         // The impulse acts in the middle of the gap.
         let radius = self.contact.features.radius;
@@ -45,6 +47,7 @@ impl ContactTangent {
         let arm_change = by_a * (x - a.origin) + u * slid_a
             - n * (of_a.radius + 0.5 * wider)
             - turned * (radius + 0.5 * opened);
+        // δD at k+1, at the same shares of the cores.
         // Core points of step k, moved to k+1.
         let (turn_a, turn_b) = (of_a.turn + a.rate * time_step, of_b.turn + b.rate * time_step);
         let end_change = |side: &StepSide,
@@ -67,15 +70,18 @@ impl ContactTangent {
         let (shares, reach) = self.end(curved);
         let moved_end = (a.linear - b.linear) * h + (a.turned - a.rotation) * curved.point()
             - (b.turned - b.rotation) * curved.foot();
+        // First two terms of u_t, by the product rule.
         let slip = across(&n, &moved_end);
         let moved_end_change = between(curved.shares, (slid_a, slid_b)) - way_change;
         let slip_change =
             across(&n, &moved_end_change) - turned * n.dot(&moved_end) - n * turned.dot(&moved_end);
+        // Spins: ρ_A A_A ω_A + ρ_B A_B ω_B.
         let rolling = a.spin_world * radius + b.spin_world * curved.radius;
         let rolling_change = of_a.turn.cross(&a.spin_world) * radius
             + of_b.turn.cross(&b.spin_world) * curved.radius
             + a.spin_world * of_a.radius
             + b.spin_world * of_b.radius;
+        // u_n and its differential (G5).
         let opening = (reach.length - radius - curved.radius) / h;
         let opening_change = (reach.direction.dot(&between(shares, (0.0, 0.0)))
             - of_a.radius
@@ -214,6 +220,7 @@ impl ContactTangent {
             - turn_b.cross(&foot_end)
             + of_b.turn.cross(&touched)
             - (b.turned - b.rotation) * foot_change;
+        // u_t (10c), by the product rule.
         let slip = moved / h + a.spin_world.cross(&beyond);
         let slip_change = (moved_change - moved * (time_step / h)) / h
             + of_a.turn.cross(&a.spin_world).cross(&beyond)

@@ -100,7 +100,7 @@ pub(crate) struct ContactTangent {
     rebound: Option<ReboundRow>,
     /// Difference between the gap row and the rebound row (m/s), if the contact has both; the
     /// smaller row is active. A struck contact may have a rebound speed of zero.
-    between: f64,
+    pub(crate) between: f64,
     /// Surfaces, if one turns.
     turning: Option<Box<TurningSurfaces>>,
     /// Offset of the slip (eq. 38), if the contact has one.
@@ -170,6 +170,7 @@ impl ContactTangent {
         let (key, map) = (&contact.key, world.step_map());
         let h = map.time_step;
         let other = key.partner.body();
+        // Radius of the feature of B. Cores have their own, and planes that of their piece.
         let radius_b = match (contact.features.curved, key.partner, key.pair) {
             (Some(Curved::Cores(pair)), ..) => pair.radius,
             (_, Partner::Fixed(index), _) => {
@@ -185,6 +186,7 @@ impl ContactTangent {
         let mut a = side(Some(key.body), radius_a(world, contact));
         let mut b = side(other, radius_b);
         [a.surface, b.surface] = contact.surface_velocities(world, states, 0.5 * h);
+        // Motion with the law's rows, and without rebound and offset
         let ends = |body: usize| (states[body].pose(), next[body].pose());
         let (of_a, of_b) = (ends(key.body), other.map(ends));
         let gap = contact.motion([&of_a.0, &of_a.1], of_b.as_ref().map(|b| [&b.0, &b.1]), &map);
@@ -196,6 +198,7 @@ impl ContactTangent {
         let share = contact.rebound / coming;
         let rebound = counts.then_some(ReboundRow { plain, share, coming, left });
         let travel = PointTravel::new(contact, &a, &b, h);
+        // Distance of the rows of gap and rebound (29), at which the piece changes
         let between = if contact.struck || contact.bounces() {
             let parting = contact.departing_velocity(world, states, next);
             (contact.normal().dot(&(parting - plain)) - contact.rebound).abs()
@@ -215,11 +218,6 @@ impl ContactTangent {
             turning: TurningSurfaces::new(world, contact, states),
             offset: OffsetTangent::new(world, contact, placed, states, predicted),
         }
-    }
-
-    /// Distance to a switch between its two rows (m/s); ∞ if it has only one.
-    pub(crate) fn between_rows(&self) -> f64 {
-        self.between
     }
 
     /// Motion u of the contact law (m/s), world frame.
@@ -359,6 +357,7 @@ impl ContactTangent {
         let (zero, unit) = (Matrix3::zeros(), Matrix3::identity());
         let (carry, press) = (back / h, (n * n.transpose() - unit) / h);
         let (lever, upright) = (arm.cross_matrix(), n.cross_matrix());
+        // ∂u/∂θ_A
         let mut by_turn = -carry * arm_end.cross_matrix() - press * lever;
         if rho > 0.0 {
             by_turn -= upright * self.a.spin_world.cross_matrix() * rho;
@@ -376,6 +375,7 @@ impl ContactTangent {
             let of_b = RowSlopes { motion: zero, turn: zero, arms: [zero, zero] };
             return with_offset([place, turn, of_b]);
         }
+        // ∂u/∂θ_B
         let mut motion = carry * end.cross_matrix() + press * relative.cross_matrix()
             - (travelled.cross_matrix() + upright * self.contact.gap) / h;
         if rho > 0.0 {

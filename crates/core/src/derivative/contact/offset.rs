@@ -48,11 +48,9 @@ impl PredictedStep {
         free: &[State],
         instants: &[State],
     ) {
-        self.free.clear();
-        self.free.extend_from_slice(free);
+        free.clone_into(&mut self.free);
         let map = world.step_map();
-        self.instants.clear();
-        self.instants.extend_from_slice(instants);
+        instants.clone_into(&mut self.instants);
         self.ends.clear();
         self.ends.extend(instants.iter().zip(states).map(|(instant, state)| {
             let velocity = 2.0 * instant.velocity - state.velocity;
@@ -278,6 +276,7 @@ impl OffsetTangent {
         let ContactTangent { a, b, time_step: h, .. } = predicted;
         let h = *h;
         let [linear, spins] = predicted_change(sides);
+        // Poses of a side at k and at k+1 of the step with 2V − w, and their differentials.
         let ends = |k: usize, side: &StepSide| {
             let SideChangeInput { position, turn, stretch, .. } = *sides[k];
             let moved = side.linear * time_step + linear[k] * h;
@@ -300,6 +299,7 @@ impl OffsetTangent {
         let radius = sides[0].radius;
         let touching = [0, 1].map(|k| self.touching(k, [&of_a[k], &of_b[k]], &features, radius));
         let contact = &predicted.contact;
+        // Points from which the ways are counted: z from the centre of A's feature, ζ from the foot on B.
         let centre = contact.centre();
         let foot =
             contact.foot(&Pose { position: b.origin, rotation: b.rotation }, &touching[0].place[0]);
@@ -338,6 +338,7 @@ impl OffsetTangent {
                 of_b[0].turn.cross(&seen) + back * (far_change - of_b[1].turn.cross(&far));
             ways[1] = [way_a - seen, way_a_change - seen_change];
         }
+        // Product rule of the cross products.
         let mut sums = [Vector3::zeros(); 2];
         for (k, (side, sign)) in [(a, 0.5), (b, -0.5)].into_iter().enumerate() {
             let spin = side.spin_world;

@@ -10,6 +10,7 @@ use super::hull::{Hull, extent};
 use super::planar::planar;
 use crate::error::{Error, all_in_range, in_range};
 use nalgebra::{Matrix3, Vector3};
+use std::collections::HashMap;
 
 /// Relative tolerance for the distance of a mesh from its convex hull and for coplanar triangles.
 /// An STL file stores 24 bits of each coordinate: 6e-8 of it.
@@ -66,19 +67,7 @@ impl Mesh {
     /// # Errors
     /// The errors of [`Mesh::new`].
     pub fn from_facets(facets: &[[Vector3<f64>; 3]]) -> Result<Self, Error> {
-        // Adding 0 turns −0 into 0, so that equal numbers have equal bits.
-        let key = |p: &Vector3<f64>| [p.x + 0.0, p.y + 0.0, p.z + 0.0].map(f64::to_bits);
-        let mut numbers = std::collections::HashMap::new();
-        let mut vertices = Vec::new();
-        let mut triangles = Vec::with_capacity(facets.len());
-        for facet in facets {
-            triangles.push(facet.map(|corner| {
-                *numbers.entry(key(&corner)).or_insert_with(|| {
-                    vertices.push(corner);
-                    vertices.len() - 1
-                })
-            }));
-        }
+        let (vertices, triangles) = indexed(facets);
         Self::new(vertices, triangles)
     }
 
@@ -99,6 +88,7 @@ impl Mesh {
             }
             sides.extend([(a, b, facet), (b, c, facet), (c, a, facet)]);
         }
+        // Equal directed edges are neighbours after sorting.
         sides.sort_unstable();
         let place = |vertex: usize| {
             let p = self.vertices[vertex];
@@ -115,6 +105,7 @@ impl Mesh {
                 )));
             }
         }
+        // Each directed edge needs its opposite.
         for &(a, b, facet) in &sides {
             if sides.binary_search_by_key(&(b, a), |side| (side.0, side.1)).is_err() {
                 return Err(refused(format!(
@@ -195,4 +186,19 @@ fn not_convex(what: &str) -> Error {
 
 fn refused(why: String) -> Error {
     Error::Shape { shape: "the mesh", why }
+}
+
+/// Vertices of facets, and the indices of their corners. Equal corners become one vertex.
+pub(crate) fn indexed(facets: &[[Vector3<f64>; 3]]) -> (Vec<Vector3<f64>>, Vec<[usize; 3]>) {
+    // Adding 0 turns −0 into 0, so that equal numbers have equal bits.
+    let key = |p: &Vector3<f64>| [p.x + 0.0, p.y + 0.0, p.z + 0.0].map(f64::to_bits);
+    let (mut numbers, mut vertices) = (HashMap::new(), Vec::new());
+    let mut number = |corner: Vector3<f64>| {
+        *numbers.entry(key(&corner)).or_insert_with(|| {
+            vertices.push(corner);
+            vertices.len() - 1
+        })
+    };
+    let triangles = facets.iter().map(|facet| facet.map(&mut number)).collect();
+    (vertices, triangles)
 }

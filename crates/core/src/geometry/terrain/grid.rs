@@ -221,6 +221,7 @@ impl HeightField {
         let (wide, high) = (self.columns - 1, self.rows() - 1);
         let reach = [wide as f64 * self.spacing[0], high as f64 * self.spacing[1]];
         let high_at = Vector3::new(reach[0], reach[1], self.range[1]);
+        // Rounding of the coordinates of the grid
         let margin = 1e-12 * (origin.amax() + reach[0] + reach[1] + self.range[1].abs());
         let around = Aabb { low: Vector3::new(0.0, 0.0, self.range[0]), high: high_at };
         let Some((from, to)) = around.entry(&origin, &direction, length, margin) else { return };
@@ -243,6 +244,7 @@ impl HeightField {
                 low: Vector3::new(0.0, row as f64 * self.spacing[1], self.range[0]),
                 high: Vector3::new(reach[0], (row + 1) as f64 * self.spacing[1], self.range[1]),
             };
+            // Cells of the row between the places where the ray enters and leaves it, and one more at each end
             let Some((enters, leaves)) = strip.entry(&origin, &direction, limit, margin) else {
                 continue;
             };

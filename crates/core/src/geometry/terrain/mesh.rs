@@ -2,6 +2,7 @@
 
 use super::check_placement;
 use crate::error::{Error, all_in_range};
+use crate::geometry::mesh::indexed;
 use crate::geometry::{Aabb, Tree};
 use nalgebra::{Matrix3, Vector3};
 use std::collections::HashMap;
@@ -77,19 +78,8 @@ impl Surface {
     /// # Errors
     /// The errors of [`Surface::new`].
     pub fn from_facets(facets: &[[Vector3<f64>; 3]]) -> Result<Self, Error> {
-        // Adding 0 turns −0 into 0, so that equal numbers have equal bits.
-        let key = |p: &Vector3<f64>| [p.x + 0.0, p.y + 0.0, p.z + 0.0].map(f64::to_bits);
-        let mut numbers = HashMap::new();
-        let mut vertices = Vec::new();
-        let mut triangles = Vec::with_capacity(facets.len());
-        for facet in facets {
-            triangles.push(facet.map(|corner| {
-                *numbers.entry(key(&corner)).or_insert_with(|| {
-                    vertices.push(corner);
-                    vertices.len() as u32 - 1
-                })
-            }));
-        }
+        let (vertices, triangles) = indexed(facets);
+        let triangles = triangles.into_iter().map(|three| three.map(|at| at as u32)).collect();
         let surface = Self::new(vertices, triangles)?;
         Ok(surface.joined_at_borders().unwrap_or(surface))
     }

@@ -97,9 +97,9 @@ impl Joint {
             let (Some(load), Some(state)) = (loads.get_mut(body), states.get(body)) else {
                 continue;
             };
-            let of = acting.on(state, sign);
-            load.force += of.force;
-            load.torque += of.torque;
+            let wrench = acting.on(state, sign);
+            load.force += wrench.force;
+            load.torque += wrench.torque;
         }
     }
 
@@ -170,6 +170,7 @@ impl JointMotion {
         let Self { frames, at: (at, angles), after: (after, end), before: (before, came), .. } =
             self;
         let time_step = map.time_step;
+        // A moving frame does the work of its force and torque on A.
         if joint.moves {
             let (state, next) = (states.get(joint.body)?, next.get(joint.body)?);
             let load = joint.acting_at(frames, &self.torque_map, state, force).on(state, 1.0);
@@ -183,6 +184,7 @@ impl JointMotion {
             });
         }
         let [along, turning] = joint.active_axes();
+        // Motions of the step before and of this one
         let [earlier, later] = match joint.turning() {
             TurnKind::Driven => {
                 [joint.turned(before, came, at, angles), joint.turned(at, angles, after, end)]
@@ -296,6 +298,7 @@ impl JointMotion {
         // Impulses are scaled by the mass of A.
         let (h, unit) = (map.time_step, bodies.get(joint.body)?.mass());
         let mut residual = JointResidual::default();
+        // (J7): a locked row has no speed, and a driven row is on its graph.
         let mut add = |axis: &Axis, start: &AxisStart, (u, f): (f64, f64), length, which| {
             let is_finite = f.is_finite() && u.is_finite();
             let (part, missed) = match axis {
@@ -312,10 +315,12 @@ impl JointMotion {
             };
             *part = largest(*part, if is_finite { missed } else { f64::NAN });
         };
+        // Coordinates and rates with which the step begins.
         let turned = joint.turned(before, came, at, angles);
         let (rates, turning) = ((at.place - before.place) / h, turned / h);
         let [places, turns] = joint.starts_at(at, angles, &rates, &turning);
         let length = joint.length(bodies);
+        // u = x⁺/h of a locked slide, (x⁺ − x)/h of a driven one.
         for (k, axis) in joint.linear.iter().enumerate() {
             let u = match axis {
                 Axis::Locked => after.place[k] / h,
@@ -324,6 +329,7 @@ impl JointMotion {
             add(axis, &places[k], (u, force.force[k]), 1.0, JointAxis::Linear(k));
         }
         if joint.turning() != TurnKind::Free {
+            // Angular rows in m/s: u = ℓ 2φ/h of a locked axis, ℓ (x⁺ − x)/h of a driven one.
             let aside = aside(joint.turning(), &after.turn);
             let turned = joint.turned(at, angles, after, end);
             for (k, axis) in joint.acting_axes().iter().enumerate() {

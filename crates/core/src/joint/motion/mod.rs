@@ -7,7 +7,7 @@ pub(crate) use judged::{JointMotion, JointWork};
 use super::gimbal::{self, nearest};
 use super::{Axis, AxisStart, Drive, Joint, JointAxis, JointFrame, Turn, TurnKind};
 use crate::kinematics::StepMap;
-use crate::mechanics::quaternion::{product, rotation};
+use crate::mechanics::quaternion::{conjugated, product, rotation, rotation_vector};
 use crate::mechanics::{State, Wrench, largest};
 use nalgebra::{Matrix3, Vector3, Vector4};
 
@@ -52,11 +52,6 @@ pub struct JointResidual {
     pub drive: f64,
 }
 
-/// Conjugate q*.
-pub(super) fn conjugated(q: &Vector4<f64>) -> Vector4<f64> {
-    Vector4::new(q[0], -q[1], -q[2], -q[3])
-}
-
 impl Joint {
     /// Frames of both sides in the world at `states`.
     fn placed(&self, states: &[State]) -> Option<[JointFrame; 2]> {
@@ -89,7 +84,7 @@ impl Joint {
         let about_z = || nearest(2.0 * libm::atan2(at.turn[3], at.turn[0]), near[2]);
         let angles = || gimbal::angles(&at.turn, near, &self.middle());
         match turning {
-            TurnKind::Free | TurnKind::Driven => vector_of(&at.turn),
+            TurnKind::Free | TurnKind::Driven => rotation_vector(&at.turn),
             TurnKind::Locked => off(),
             TurnKind::Hinge => {
                 let off = off();
@@ -123,7 +118,7 @@ impl Joint {
     ) -> (Vector3<f64>, Vector3<f64>) {
         let turned = match self.turning() {
             TurnKind::Free | TurnKind::Driven => {
-                vector_of(&(product(&conjugated(&at.turn), &after.turn)))
+                rotation_vector(&product(&conjugated(&at.turn), &after.turn))
             }
             _ => {
                 let start = self.turns(at, near);
@@ -347,17 +342,6 @@ impl AnchorLoad {
 fn between(a: &JointFrame, b: &JointFrame) -> Coordinates {
     let place = rotation(&b.attitude).tr_mul(&(a.anchor - b.anchor));
     Coordinates { place, turn: product(&conjugated(&b.attitude), &a.attitude) }
-}
-
-/// Rotation vector of a quaternion (w, x, y, z), with an angle of at most π (rad).
-pub(super) fn vector_of(turn: &Vector4<f64>) -> Vector3<f64> {
-    let along = turn.fixed_rows::<3>(1).into_owned();
-    let sine = along.norm();
-    let sign = if turn[0] < 0.0 { -1.0 } else { 1.0 };
-    if sine == 0.0 {
-        return Vector3::zeros();
-    }
-    along * (sign * 2.0 * libm::atan2(sine, turn[0].abs()) / sine)
 }
 
 /// Reference rotation R: the rotation about z for a hinge, Q for driven free rotation, ±1

@@ -6,10 +6,10 @@
 mod tangent;
 
 use super::gimbal::{self, nearest};
-use super::motion::{conjugated, crossing, swing, swinging, twist};
+use super::motion::{crossing, swing, swinging, twist};
 use super::{Coordinates, Joint, Middle, TurnKind};
 use crate::kinematics::StepMap;
-use crate::mechanics::quaternion::{attitude_map, left, product, right, rotation};
+use crate::mechanics::quaternion::{attitude_map, conjugated, left, product, right, rotation};
 use nalgebra::{Matrix3, Matrix4x3, Vector3, Vector4};
 
 /// Angular rows of a joint in a step, as functions of the spins ω⁺ of both bodies. With

@@ -4,8 +4,7 @@
 //! Equation numbers are those of `docs/gradients.md`.
 
 use super::{Turn, TurnKind, TurnPoint, right};
-use crate::joint::motion::vector_of;
-use crate::mechanics::quaternion::{attitude_map, left, product, turn_slope};
+use crate::mechanics::quaternion::{attitude_map, left, product, rotation_vector, turn_slope};
 use nalgebra::{Matrix3, Matrix4, Matrix4x3, RowVector3, Vector3, Vector4};
 
 /// Lower bound of the norm of a pair, so that derivatives stay finite.
@@ -214,12 +213,14 @@ impl Turn {
         let (h, length, q) = (self.map.time_step, self.length, &self.start);
         let whole = |v: Vector3<f64>| Vector4::new(1.0, v[0], v[1], v[2]);
         let back = left(&self.back);
+        // R* ⊗ (1, −a_B) ⊗ · ⊗ (1, a_A)/n as a matrix.
         let moved = back * left(&whole(-b)) * right(&whole(a)) / n;
         let at_end = self.halves(&e);
         let at_start = self.halves(&self.rest);
         let stop = self.stop_tangent(along[0]);
         let start_along =
             if stop.is_some() { Vector3::new(0.0, along[1], along[2]) } else { *along };
+        // g and its slope: Σ p_k φ_k at the start.
         let pushed = at_start.iter().zip(&start_along).map(|(half, p)| half.times(*p));
         let nothing = Jet::linear(Vector4::zeros(), &self.rest);
         let pushed = pushed.fold(nothing, Jet::plus);
@@ -229,9 +230,10 @@ impl Turn {
         // twice the component of Q* ⊗ δQ along A's axes.
         let driven = (self.turning == TurnKind::Driven).then(|| {
             let counted_from = right(&product(q, &e)) * conjugation();
-            (counted_from, turn_slope(&vector_of(q)) * back.fixed_rows::<3>(1) * 2.0)
+            (counted_from, turn_slope(&rotation_vector(q)) * back.fixed_rows::<3>(1) * 2.0)
         });
         let about = q[0] * q[0] + q[3] * q[3];
+        // (G9) for the rotations of one body.
         let of_side = |turned: &Matrix4x3<f64>| {
             let mut twisted = RowVector3::zeros();
             if twists && about > 0.0 {
@@ -245,6 +247,7 @@ impl Turn {
                 start = Matrix4x3::zeros();
                 angles = by_turn * turned;
             }
+            // δu, and the change of the coordinate of rows counted from the start.
             for k in 0..3 {
                 let mut row = at_end[k].slope.transpose() * end;
                 if self.counts(k) {
@@ -257,6 +260,7 @@ impl Turn {
             if twists {
                 angles.set_row(2, &(twisted * 2.0));
             }
+            // δ(G p)
             let mut torque = attitude_map(&self.rest).tr_mul(&(pushed.bend * start));
             for k in 0..3 {
                 let lever = attitude_map(&start.column(k).into_owned());

@@ -129,7 +129,6 @@ impl Coupling {
         self.law.evaluated(map, LawRows { rows: &self.rows, graphs }, earlier, u, impulse)
     }
 
-    /// True for a contact.
     pub(super) fn is_contact(&self) -> bool {
         matches!(self.law, CouplingLaw::Cone(_) | CouplingLaw::Ellipse(_))
     }

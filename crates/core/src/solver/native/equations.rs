@@ -81,8 +81,7 @@ impl Velocities for Vec<Velocity> {
     }
 
     fn copy_from(&mut self, from: &Self) {
-        self.clear();
-        self.extend_from_slice(from);
+        from.clone_into(self);
     }
 
     fn is_finite(&self) -> bool {
@@ -193,7 +192,7 @@ impl StepSetting {
     /// Multiplies the residual tolerances by `factor`.
     pub(super) fn loosen(&mut self, factor: f64) {
         if factor > 1.0 {
-            self.tolerances = self.tolerances.tolerance_factor(factor);
+            self.tolerances = self.tolerances.times(factor);
         }
     }
 

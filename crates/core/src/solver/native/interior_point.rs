@@ -111,6 +111,7 @@ impl<E: Equations> InteriorPoint<E> {
                 return false;
             }
             let gap = self.complementarity(0.0);
+            // Far from κ the centring is Mehrotra's, as for a solution.
             let aim = if gap > FAR * kappa {
                 let after = self.complementarity(self.longest_step());
                 ((after / gap).clamp(0.0, 1.0).powi(3) * gap).max(kappa)

@@ -165,6 +165,7 @@ impl IslandProblem {
             effort.limit();
         }
         self.only = only(step.world, contacts, island);
+        // A single body has six unknowns on the stack.
         let outcome = if let Some(body) = self.only {
             let problem = alone(&mut self.alone, step.world);
             problem.equations.begin(step, body, island.unsettled);
@@ -182,6 +183,7 @@ impl IslandProblem {
             let mass = step.world.bodies()[body].mass();
             problem.solve(step, island, mass, asked, &mut effort)
         } else {
+            // An island has a sparse system.
             let problem = together(&mut self.together, step.world);
             problem.equations.begin(step, island);
             problem.equations.setting_mut().loosen(asked.tolerance_factor);

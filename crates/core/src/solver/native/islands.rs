@@ -227,6 +227,7 @@ impl IslandPartition {
         if !rests.contains(&true) {
             return;
         }
+        // Bodies without an island have nothing to solve.
         for (rests, island) in rests.iter_mut().zip(&self.islands) {
             *rests &= *island != NONE;
         }
@@ -234,6 +235,7 @@ impl IslandPartition {
         let last = step.previous;
         for (island, changed) in changed.iter_mut().enumerate().filter(|(_, changed)| **changed) {
             let (bodies, held) = (bodies.get(island), held.get(island));
+            // An island stays if all its bodies rest and all its contacts were there.
             let stays = known == 0
                 && bodies.iter().all(|&body| rests.get(body) == Some(&true))
                 && held.iter().all(|&place| {
@@ -245,6 +247,7 @@ impl IslandPartition {
                 }
                 continue;
             }
+            // States, forces and moments of the last step
             *changed = false;
             bodies.iter().for_each(|&body| solution.states[body] = step.states[body]);
             for &place in held {
@@ -318,6 +321,7 @@ impl IslandPartition {
                 self.islands[body] = self.islands[first];
             }
         }
+        // Lists of each island
         self.bodies.sort(islands, self.islands.iter().copied());
         let of = contacts.iter().map(|contact| self.islands[contact.key.body]);
         self.contacts.sort(islands, of);
@@ -395,6 +399,7 @@ impl IslandPartition {
             *apart = apart.max((contact.force - before).amax());
             *largest = largest.max(contact.force.amax());
         }
+        // Joints and gears count like contacts.
         let joints = step.world.joints().iter().zip(&step.previous.joints);
         for (index, (joint, now)) in joints.enumerate() {
             let island = self.islands.get(joint.body());
@@ -426,8 +431,7 @@ impl IslandPartition {
 
     /// Sets the flags of bodies whose islands get less effort, one per body or none.
     pub(super) fn expect_failure(&mut self, bodies: &[bool]) {
-        self.hopeless.clear();
-        self.hopeless.extend_from_slice(bodies);
+        bodies.clone_into(&mut self.hopeless);
     }
 
     pub(super) fn len(&self) -> usize {

@@ -193,8 +193,7 @@ impl NativeSolver {
             return false;
         }
         let h = step.world.time_step();
-        self.reached.clear();
-        self.reached.extend_from_slice(step.states);
+        step.states.clone_into(&mut self.reached);
         for (_, island) in self.islands.all().filter(|(_, island)| island.changes()) {
             for &body in island.bodies {
                 let (now, free) = (&step.states[body], &step.free[body]);
@@ -230,6 +229,7 @@ impl NativeSolver {
             solution.moments.resize(contacts.len(), Vector3::zeros());
         }
         let Self { islands, rests, .. } = self;
+        // Islands at rest keep their solution.
         islands.keep(step, StepContacts { contacts, known }, rests, solution);
         self.parts.assign(&self.islands, step.states.len());
         let accepted = self.accepted;
@@ -275,6 +275,7 @@ impl NativeSolver {
         if solution.contacts.is_empty() && self.admit_foreseen(step, candidates) {
             self.find_islands(step, candidates.contacts(), marked, solution);
         }
+        // Islands with new contacts are solved until there are no further ones.
         loop {
             let more = self.solve_islands(step, candidates.contacts(), is_preliminary, solution)?;
             iterations = iterations.saturating_add(more);
@@ -296,6 +297,7 @@ impl NativeSolver {
                 break;
             }
         }
+        // The step is as good as its worst island.
         let solved = self.ends.iter().all(|end| end.solved);
         let status = match (solved, self.ends.iter().any(|end| end.retried)) {
             (true, false) => StepStatus::Converged,
@@ -419,7 +421,7 @@ fn missed_contact_depth(
         speed = speed.max(free.velocity.norm() + free.spin.norm() * body.reach());
         length = length.max(step.distance(index));
     }
-    let tolerances = Tolerances::new(world, speed, length).tolerance_factor(tolerance_factor);
+    let tolerances = Tolerances::new(world, speed, length).times(tolerance_factor);
     let missed = if is_preliminary { tolerances.missed_by_preliminary } else { tolerances.missed };
     rounding.max(missed * world.time_step())
 }
@@ -486,8 +488,7 @@ impl IslandSolver for NativeSolver {
     }
 
     fn expect_rest(&mut self, bodies: &[bool]) {
-        self.rests.clear();
-        self.rests.extend_from_slice(bodies);
+        bodies.clone_into(&mut self.rests);
     }
 
     fn expect_failure(&mut self, bodies: &[bool]) {

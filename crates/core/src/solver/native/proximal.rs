@@ -54,6 +54,7 @@ impl<E: Equations> Proximal<E> {
         let mut least = exact_residual(equations, iterate);
         best.copy_from(iterate);
         last.copy_from(iterate);
+        // Refinements do not pay in a heap whose forces change.
         let (count, unsettled) =
             (equations.setting().couplings.len(), equations.setting().unsettled);
         let is_heap = count > REFINED_COUPLINGS && unsettled > CHANGING && unsettled.is_finite();
@@ -71,6 +72,7 @@ impl<E: Equations> Proximal<E> {
             if effort.is_over() || map.compliance > 1.0 {
                 break;
             }
+            // A proximal step: the law with compliance on changes from p̂_0
             let run = NewtonRun {
                 compliance: map.compliance,
                 iterations: LONGEST_STEP,
@@ -87,6 +89,7 @@ impl<E: Equations> Proximal<E> {
                 best.copy_from(iterate);
             }
             is_evaluated = converged;
+            // A failed step is undone, and ε grows. Later steps wait as often as steps have failed.
             if !converged {
                 iterate.copy_from(last);
                 map.compliance *= after_failed;
@@ -94,6 +97,7 @@ impl<E: Equations> Proximal<E> {
                 waits = failed;
                 continue;
             }
+            // ε shrinks after an easy step, unless it waits, and grows after a long one.
             last.copy_from(iterate);
             if taken <= EASY_STEP && waits > 0 {
                 waits -= 1;

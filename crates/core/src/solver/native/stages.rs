@@ -244,10 +244,12 @@ impl<E: Equations> StageSolver<E> {
             let end = self.run(equations, run.stage, previous, effort);
             let rank = self.rank(equations, end.residual);
             let selected = end.selected && run.selects();
+            // A sound solution ends the search. Others are ranked.
             let is_sound = !rank.unsolved && !rank.turns_too_far && rank.gain == 0.0;
             if is_sound && (end.selected || settings.takes_any) {
                 return StageOutcome { solved: true, run, selected, retried: best.is_some() };
             }
+            // Stages that end with one gain have one solution. After a few of them it is taken.
             let gains_as = |best: &Rank| (rank.gain - best.gain).abs() <= SAME_GAIN * rank.gain;
             let is_same = rank.gain > 0.0 && best.is_some_and(|(best, ..)| gains_as(&best));
             same_solutions += u32::from(is_same);
@@ -281,6 +283,7 @@ impl<E: Equations> StageSolver<E> {
         match stage {
             Stage::Previous => {
                 self.begin_from(equations, previous);
+                // Accept: the last impulses are the solution. Otherwise Newton's method from them.
                 if let Some(residual) = self.repeat(equations) {
                     return StageEnd { residual, selected: true };
                 }
@@ -305,6 +308,7 @@ impl<E: Equations> StageSolver<E> {
             Stage::Multipliers => {
                 self.begin_from_zero(equations);
                 let Self { newton, iterate, other, .. } = self;
+                // Multipliers lead near a solution, and the proximal point method continues.
                 let residual = newton.solve_by_multipliers(equations, other, iterate, effort);
                 if residual > equations.tolerances().near {
                     return StageEnd { residual, selected: true };

@@ -133,7 +133,7 @@ impl Tolerances {
     }
 
     /// Tolerances multiplied by `factor`.
-    pub(super) fn tolerance_factor(self, factor: f64) -> Self {
+    pub(super) fn times(self, factor: f64) -> Self {
         let solved = factor * self.solved;
         Self {
             rounding: factor * self.rounding,

@@ -281,6 +281,7 @@ impl Nodes {
         residual: f64,
         settings: &'static Settings,
     ) -> ProblemPart {
+        // Nodes of the part, and their places in it.
         let mut used: Vec<usize> = groups
             .iter()
             .flat_map(|group| self.pushes[*group].iter().chain(&self.sees[*group]))
@@ -290,6 +291,7 @@ impl Nodes {
         used.dedup();
         let within = |node: usize| used.partition_point(|other| *other < node);
         let sizes: Vec<usize> = used.iter().map(|node| self.sizes[*node]).collect();
+        // Moments follow the normal impulse of their contact, which may be another group.
         let moments: Vec<_> = groups
             .iter()
             .enumerate()
@@ -303,6 +305,7 @@ impl Nodes {
                 })
             })
             .collect();
+        // Blocks of the matrix (N12): each group couples the nodes it pushes with those it sees.
         let of_moments = moments.iter().map(|at| (groups[at.moment], groups[at.contact]));
         let couples = groups.iter().map(|&group| (group, group)).chain(of_moments);
         let pairs = couples.flat_map(|(row, column)| {
@@ -311,6 +314,7 @@ impl Nodes {
             })
         });
         let plan = SymbolicFactorisation::new(&sizes, pairs.filter(|(row, column)| row != column));
+        // Unknowns in units of the part's speed and impulse
         let (speed, impulse) = self.units(problem, &groups, responses);
         let mut free = vec![0.0; plan.size()];
         for (at, &node) in used.iter().enumerate() {
@@ -321,6 +325,7 @@ impl Nodes {
         let (mut pushes, mut sees) = (Links::default(), Links::default());
         let mut setting = StepSetting::new(Tolerances::for_problem(residual / speed));
         let mut scaled = Vec::new();
+        // Maps and laws of the groups in these units.
         for &group in &groups {
             for (node, by) in &self.pushes[group] {
                 scaled.clear();

@@ -10,7 +10,6 @@ use nalgebra::Vector3;
 /// Contribution of a coupling to the energy balance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Source {
-    /// Contact.
     Contact,
     /// Joint whose drives do work along the flagged rows.
     Drives([bool; 3]),
@@ -38,6 +37,7 @@ impl Island {
         points: &[Vector3<f64>],
     ) -> f64 {
         let (mut gained, mut kinetic, mut least) = (0.0, 0.0, 0.0);
+        // Kinetic energy less the work from outside (32). `share` is M/m.
         for (member, velocity) in self.members.iter().zip(velocity) {
             let [before, after] = [member.old(), velocity].map(|velocity| member.energy(velocity));
             let work = member.work_from_outside(velocity);
@@ -45,15 +45,18 @@ impl Island {
             kinetic += before.max(after) / member.share;
             least += 0.5 * self.slow * self.slow / member.share;
         }
+        // Work of the couplings
         let couplings = self.links.iter().zip(&self.setting.couplings).zip(impulses);
         for (index, ((link, coupling), impulse)) in couplings.enumerate() {
             gained -= match link.source {
                 Source::Contact => {
                     let (normal, offset) = (coupling.rows.normal(), &coupling.offset);
+                    // The law opposes friction to u_t + o. The work −p·o on the offset is no gain.
                     -impulse.dot(&(offset - normal * normal.dot(offset)))
                 }
                 Source::Drives([false, false, false]) => 0.0,
                 Source::Drives(rows) => {
+                    // Drives (J6): the motion since the coordinate that the velocities at k imply.
                     let u = points[index] - self.point_at(index, &self.back);
                     let (u, p) =
                         (coupling.rows.frame.tr_mul(&u), coupling.rows.frame.tr_mul(impulse));
@@ -81,6 +84,7 @@ impl Island {
                 }
             };
         }
+        // A gain by chords instead of tangents at a start, ½ h² ω² of the energy, does not count.
         gained -= gained.min(self.bent * kinetic).max(0.0);
         if gained > LARGE_GAIN * kinetic + least { gained / (kinetic + least) } else { 0.0 }
     }

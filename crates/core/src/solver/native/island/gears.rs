@@ -144,12 +144,14 @@ impl Island {
         };
         let [first, second] = gear.axes().map(found);
         let (Some(first), Some(second)) = (first, second) else { return };
+        // Row of the gear: u = ℓ (q₁⁺ − r q₂⁺ − q₀)/h (J15), as a sum of the rows of its axes
         let parts = [
             (first.0, first.1, length / first.2),
             (second.0, second.1, -gear.ratio() * length / second.2),
         ];
         let (law, sum) = (gear.law(), gear.missed([first.3, second.3]));
         let offset = length * law.offset(sum, self.time_step);
+        // Wrench of a unit impulse on each body
         let mut sides = Bodies::none(Vector6::zeros());
         for (coupling, row, factor) in parts {
             let linked = self.linked(coupling);
@@ -161,6 +163,7 @@ impl Island {
                 sides.add(body, Vector6::new(f[0], f[1], f[2], t[0], t[1], t[2]));
             }
         }
+        // Speed of the row by a unit impulse along it
         let response: f64 = sides
             .iter()
             .map(|(body, wrench)| {

@@ -62,7 +62,6 @@ enum CouplingKind {
     Turn(usize),
     /// Moment of a contact.
     Moment,
-    /// Gear.
     Gear(usize),
 }
 
@@ -229,6 +228,7 @@ impl Island {
     /// Adds a contact. `place` maps a body of the world to its index in the island.
     pub(super) fn admit(&mut self, contact: &Contact, place: impl Fn(usize) -> usize) {
         let a = place(contact.key.body);
+        // Lever on B: the same point of the world as on A.
         let b = match contact.key.partner {
             Partner::Body(other) => {
                 let index = place(other);
@@ -258,6 +258,7 @@ impl Island {
                 });
                 CouplingKind::Round(self.rounds.len() - 1)
             }
+            // c − r_A, y and the foot b of (N14a), at k.
             Some(Curved::Ellipsoid(point)) => {
                 let member = &self.members[a];
                 let beyond = contact.arm - member.rotation * point.shape.centre;

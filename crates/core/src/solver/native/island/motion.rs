@@ -23,6 +23,7 @@ impl Island {
     ) {
         residuals.clear();
         let bodies = self.members.iter().zip(velocity);
+        // r_v = v⁺ − v_free and r_ω = Î(ω⁺ − ω) + h Ĝ − h τ/m, without impulses
         residuals.extend(bodies.map(|(member, velocity)| {
             let mut turned = member.turned(&velocity.spin);
             if let Some(gyroscopic) = member.gyroscopic(&velocity.spin) {
@@ -33,6 +34,7 @@ impl Island {
                 spin: turned - member.torque_impulse,
             }
         }));
+        // − Σ p̂ and − Σ G p̂, over the mass of each body. B has the opposite impulse.
         let couplings = self.links.iter().zip(&self.setting.couplings);
         for ((link, coupling), impulse) in couplings.zip(impulses) {
             if let CouplingKind::Gear(gear) = link.kind {

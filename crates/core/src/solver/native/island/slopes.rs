@@ -79,19 +79,23 @@ impl Island {
     ) -> PairSlope {
         let LinkedCoupling { link, coupling } = linked;
         let of_a = &turnings[link.a];
+        // Angular rows of joints (J4) depend on spins only.
         if let CouplingKind::Turn(turn) = link.kind {
             let other = link.b.as_ref().map(|other| (other.index, &velocity[other.index].spin));
             let (by_a, by_b) =
                 self.turns[turn].slopes(&velocity[link.a].spin, other.map(|(_, spin)| spin));
-            let of = |slope: &Matrix3<f64>| beside(&Matrix3::zeros(), slope);
-            let b = other.map(|(index, _)| (index, of(&by_b)));
-            return PairSlope { a: (link.a, of(&by_a)), b };
+            let by_spin = |slope: &Matrix3<f64>| beside(&Matrix3::zeros(), slope);
+            let b = other.map(|(index, _)| (index, by_spin(&by_b)));
+            return PairSlope { a: (link.a, by_spin(&by_a)), b };
         }
+        // u = ℓ (Ω_A − Ω_B)
         if link.kind == CouplingKind::Moment {
-            let of = |torque_map: &Matrix3<f64>| beside(&Matrix3::zeros(), &torque_map.transpose());
-            let b = link.b.as_ref().map(|other| (other.index, -of(&other.torque_map)));
-            return PairSlope { a: (link.a, of(&coupling.lever.torque_map)), b };
+            let by_spin =
+                |torque_map: &Matrix3<f64>| beside(&Matrix3::zeros(), &torque_map.transpose());
+            let b = link.b.as_ref().map(|other| (other.index, -by_spin(&other.torque_map)));
+            return PairSlope { a: (link.a, by_spin(&coupling.lever.torque_map)), b };
         }
+        // Round features (N14) and ellipsoids (N14a)
         let both = || LinkTurnings::new(link, turnings);
         let curved = match link.kind {
             CouplingKind::Round(round) => {
@@ -106,6 +110,7 @@ impl Island {
             let b = link.b.as_ref().zip(by_b).map(|(other, by_b)| (other.index, by_b));
             return PairSlope { a: (link.a, by_a), b };
         }
+        // A point against a plane: (N11), or (N3) without a second body.
         match &link.b {
             Some(other) => {
                 let of_b = &turnings[other.index];
@@ -211,6 +216,7 @@ impl Island {
         if !linked.link.pushes() {
             return self.add_turning_gain(linked, &local_solution.gain, slope, blocks);
         }
+        // D ∂u/∂V of both bodies
         let gained = |slope: &Matrix3x6<f64>| match &local_solution.gain {
             Gain::Zero => None,
             Gain::Spring(stiffness) => Some(slope * -stiffness),
@@ -226,6 +232,7 @@ impl Island {
         } else {
             0
         };
+        // block_ij −= H_i D ∂u/∂V_j with H_i = ±(M/m_i) (E; G_i), column by column
         for (row, share, torque_map) in self.sides(linked) {
             let [x, y, z] = &torque_map.data.0;
             let column = |gained: &[f64; 3]| {

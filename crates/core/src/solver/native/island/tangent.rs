@@ -185,8 +185,7 @@ impl Island {
         values: &mut Vec<T>,
         solve: impl FnOnce(&mut [T]),
     ) {
-        values.clear();
-        values.extend_from_slice(members);
+        members.clone_into(values);
         for (index, member) in members.iter().enumerate() {
             values[self.pattern.place(index)] = *member;
         }

@@ -105,10 +105,6 @@ impl AxesProjection {
         self.p[k] - self.rho[k] * self.u[k]
     }
 
-    fn along_rows(&self, of: impl Fn(usize) -> f64) -> Vector3<f64> {
-        Vector3::new(of(0), of(1), of(2))
-    }
-
     /// Natural map (p̂ − P(y))/ρ of each row (m/s).
     pub(super) fn natural_map(&self, rows: &CouplingRows, graphs: &[Graph]) -> Vector3<f64> {
         if self.axes.all_locked() {
@@ -117,7 +113,7 @@ impl AxesProjection {
         let missed =
             |k: usize| self.axes.graph(graphs, k).missed(self.u[k], self.p[k], self.rho[k]);
         let missed = |k: usize| if self.axes.locked[k] { self.u[k] } else { missed(k) };
-        self.axes.out(rows, self.along_rows(missed))
+        self.axes.out(rows, Vector3::new(missed(0), missed(1), missed(2)))
     }
 
     pub(super) fn pieces(&self, graphs: &[Graph]) -> [u8; 3] {

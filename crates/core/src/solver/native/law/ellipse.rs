@@ -138,7 +138,6 @@ struct EllipseSlip {
     offset: Vector3<f64>,
     turn: f64,
     press: Vector3<f64>,
-    /// 1/ε.
     stiffness: f64,
 }
 

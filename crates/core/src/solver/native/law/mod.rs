@@ -172,10 +172,8 @@ impl Projection {
     /// Distance to the nearest kink of the law (m/s).
     pub(super) fn clearance(&self, graphs: &[Graph]) -> f64 {
         match self {
-            Self::Cone(projection) => projection.margin(),
-            Self::Ellipse(projection) => projection.cone.margin(),
             Self::Axes(projection) => projection.clearance(graphs),
-            Self::Moment(projection) => projection.margin(),
+            _ => self.margin(graphs),
         }
     }
 

@@ -100,11 +100,13 @@ impl LinearCoupling {
         let across = |v: &Vector3<f64>| v - n * n.dot(v);
         // On the central path every contact slides.
         let slides = piece == MapPiece::Slip || is_central;
+        // Friction axis (46), which matters for slip only.
         let tensor = slides
             .then(|| LinearTensor::new(step, contact, from, tangent.motion(), &impulse))
             .flatten();
         let friction = contact.law.friction;
         // Along the friction impulse. Without friction: against the slip.
+        // γ t of (G6): change of the impulse by the coefficient of friction
         let by_friction = by_friction.unwrap_or_else(|| match piece {
             MapPiece::Slip if tensor.is_some() && friction > 0.0 => across(&impulse) / friction,
             MapPiece::Slip => {
@@ -134,6 +136,7 @@ impl LinearCoupling {
             }
             _ => RowsChange::zero(),
         };
+        // Adhesion (G6d): â is proportional to the pull and to h.
         let pull = world.larger_between(Coefficient::Adhesion, key.body, key.partner);
         let adhesion = pull.filter(|_| adhesion > 0.0).map(|(place, pull)| {
             let slope_by_time_step = adhesion / world.time_step();
@@ -182,9 +185,11 @@ impl LinearCoupling {
             let mut columns = RowsChange::<3>::zero();
             columns.motion = of.from.tr_mul(&slopes.motion);
             if slopes.turn != Matrix3::zeros() {
+                // δp̂ = D(δu − φ×u) + φ×p̂ with the rotation φ of the normal (G6)
                 columns.motion += of.from.tr_mul(&(u * slopes.turn));
                 columns.impulse = -p * slopes.turn;
             }
+            // δτ = Aᵀ(δy×p̂ − δθ×(y×p̂)) (G6)
             for (at, arm) in arms.iter().enumerate() {
                 if of.slopes.bodies[at].is_none() {
                     continue;
@@ -211,9 +216,11 @@ impl LinearCoupling {
         slopes.set(0, &by_place);
         slopes.set(3, &by_turn);
         if let Some(of_b) = of_b {
+            // The position of B has the opposite effect of that of A.
             slopes.set(6, &by_place.negated());
             slopes.set(9, &of_b);
         }
+        // Offset of the slip (G22), by the velocities w and V.
         let Some(rates) = self.tangent.rate_slopes() else { return };
         let columns = |of: fn(&RateSlopes) -> &Matrix3x6<f64>| {
             let mut columns = Box::new(RowsChange::<12>::zero());
@@ -380,6 +387,7 @@ impl LinearCoupling {
         let nothing = SideChangeInput::nothing();
         let [kinetic, of_static, restitutions] = &self.law;
         for (&constant, sums) in constants.iter().zip(sums) {
+            // Coefficients of the contact law, by their place among the numbers of the constant
             let of_constant = |slopes: &LawSlopes| {
                 slopes.map(|(of, place, slope)| (of == constant).then_some((place, slope)))
             };
@@ -392,6 +400,7 @@ impl LinearCoupling {
                     sums[place] += by.dot(&self.change([&nothing; 2], 0.0, 1.0)) * slope;
                 }
             }
+            // Constants of the world
             match constant {
                 Constant::TimeStep => {
                     sums[0] += by.dot(&self.change([&nothing; 2], 1.0, 0.0));
@@ -412,6 +421,7 @@ impl LinearCoupling {
                 }
                 _ => {}
             }
+            // Constants of the bodies
             for (side, body) in self.slopes.bodies.into_iter().enumerate() {
                 let Some(body) = body else { continue };
                 for place in side_places(constant, body, self.tangent.bounces()) {

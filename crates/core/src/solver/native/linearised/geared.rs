@@ -19,11 +19,11 @@
 
 use super::constants::{add_anchors, anchors_of};
 use super::slopes::RowsChange;
-use super::tied::TiedRowLaw;
-use crate::derivative::{RowsTangent, StateChange};
-use crate::joint::{AxisChange, GearAxis};
+use super::tied::{AxisSlots, LinearRows, Slots, SolvedRows, TiedRow, TiedRowLaw};
+use crate::derivative::{JointTangent, RowsTangent, StateChange};
+use crate::joint::{AxisChange, GearAxis, JointAxis};
 use crate::mechanics::State;
-use crate::solver::native::island::GearTangent;
+use crate::solver::native::island::{GearTangent, Island, JointPlace};
 use crate::step::Step;
 use crate::world::Constant;
 use nalgebra::{Matrix3, RowSVector, SVector, Vector3};
@@ -152,26 +152,29 @@ impl LinearGear {
                 Along { motion, impulse }
             })
         };
+        // A rigid row counts the coordinates at k once more, by 1/h.
         let to_sum = local_solution(&AxisChange { coordinate: 1.0, ..AxisChange::default() });
         let counted = if law.is_some() { 0.0 } else { 1.0 / h };
         let mut by_time_step =
             local_solution(&AxisChange { time_step: 1.0, ..AxisChange::default() });
         by_time_step.motion -= row.offset / h;
+        // Columns of one coordinate: those of its joint's row, times its factor in the sum
         let mut of_part = |(_, k, factor): (usize, usize, f64), tied: &TiedRows| {
-            let of = &tied.of;
+            let rows = &tied.of;
             let whole = tied.length * counted;
             let part = tied.length / row.length * factor;
-            by_time_step.motion += factor * of.by_time_step[k];
-            let motion = (of.motion.row(k) + of.coordinates.row(k) * whole) * factor;
-            let slopes = AlongRow::new(motion, of.coordinates.row(k) * part, to_sum);
-            let by_anchors = of.anchors.as_ref().map_or_else(AlongRow::zero, |of| {
-                let motion = (of.motion.row(k) + of.coordinates.row(k) * whole) * factor;
-                AlongRow::new(motion, of.coordinates.row(k) * part, to_sum)
+            by_time_step.motion += factor * rows.by_time_step[k];
+            let motion = (rows.motion.row(k) + rows.coordinates.row(k) * whole) * factor;
+            let slopes = AlongRow::new(motion, rows.coordinates.row(k) * part, to_sum);
+            let by_anchors = rows.anchors.as_ref().map_or_else(AlongRow::zero, |rows| {
+                let motion = (rows.motion.row(k) + rows.coordinates.row(k) * whole) * factor;
+                AlongRow::new(motion, rows.coordinates.row(k) * part, to_sum)
             });
             ((tied.bodies, slopes), (tied.joint, by_anchors))
         };
         let [a, b] = [of_part(row.parts[0], first), of_part(row.parts[1], second)];
         let (by_pose, by_anchors) = ([a.0, b.0], [a.1, b.1]);
+        // By the ratio and the offset (G15), or of a sum (G17)
         let (coupling, k, _) = row.parts[1];
         let turned = second.frame.column(k) * (-row.length / second.length * impulse);
         let went = if law.is_some() { end - q2 } else { end };
@@ -273,5 +276,81 @@ impl LinearGear {
                 _ => {}
             }
         }
+    }
+}
+
+/// End of a step.
+pub(super) struct TiedEnds<'a, V: Fn(usize) -> (Vector3<f64>, Vector3<f64>)> {
+    /// v⁺ and ω⁺ of a body of the world.
+    pub(super) velocity: V,
+    /// X⁺ of all bodies of the world.
+    pub(super) next: &'a [State],
+}
+
+/// Linearises the rows of an island's joints and gears.
+pub(super) fn linearise(
+    step: &Step<'_>,
+    island: &Island,
+    solved: &SolvedRows<'_>,
+    slots: &Slots,
+    ends: TiedEnds<'_, impl Fn(usize) -> (Vector3<f64>, Vector3<f64>)>,
+    rows: &mut Vec<LinearRows>,
+    gears: &mut Vec<LinearGear>,
+) {
+    let TiedEnds { velocity, next } = ends;
+    rows.clear();
+    gears.clear();
+    // All joint rows, in the order of their couplings.
+    let mut tangents: Vec<TiedRows> = Vec::new();
+    for place in island.joint_places() {
+        let JointPlace { joint: number, place: at_place, turn, length, angles, .. } = place;
+        let joint = &step.world.joints()[*number];
+        let bodies = [Some(joint.body()), joint.other()];
+        let map = step.world.step_map();
+        let h = map.time_step;
+        let velocities = bodies.map(|body| body.map(&velocity));
+        let tangent = JointTangent::new(joint, step.states, &map, velocities);
+        let Some(at) = joint.coordinates(step.states) else { continue };
+        // Coordinates and rates with which the axes begin
+        let starts = joint.starts_with_rates(step.states, &at, angles, &map);
+        let acting = joint.acting_axes();
+        let own = [
+            at_place.map(|coupling| (coupling, 1.0, joint.linear(), &starts[0])),
+            turn.map(|coupling| (coupling, *length, &acting, &starts[1])),
+        ];
+        for (about, (coupling, length, axes, starts)) in
+            own.into_iter().enumerate().filter_map(|(about, own)| own.map(|own| (about == 1, own)))
+        {
+            let frame = *island.rows(coupling);
+            let impulse = frame.tr_mul(&(solved.impulses[coupling]))
+                + island.geared(coupling, solved.impulses);
+            let of = if about {
+                tangent.turn_rows(angles, length, &impulse)
+            } else {
+                Some(tangent.place_rows(&impulse))
+            };
+            let Some(of) = of else { continue };
+            let law = |k: usize| {
+                let axis = if about { JointAxis::Angular(k) } else { JointAxis::Linear(k) };
+                let row = TiedRow { coupling, k, length };
+                let own = slots.axis_slots(*number, axis);
+                TiedRowLaw::new(solved, island, row, &axes[k], &starts[k], h, own)
+            };
+            let laws = [law(0), law(1), law(2)];
+            rows.push(LinearRows::new(coupling, *number, bodies, &of, frame, laws));
+            let (joint, angles) = (*number, *angles);
+            tangents.push(TiedRows { coupling, joint, angles, bodies, length, frame, of });
+        }
+    }
+    // Rows of gears are sums of the rows of their joints.
+    for row in island.gear_rows() {
+        let impulse = solved.impulses[row.coupling][0];
+        let law = |sum: f64| {
+            let gear = &step.world.gears()[row.gear];
+            let (h, none) = (step.world.time_step(), AxisSlots::default());
+            let tied_row = TiedRow { coupling: row.coupling, k: 0, length: row.length };
+            TiedRowLaw::new(solved, island, tied_row, gear.law(), &gear.start(sum), h, none)
+        };
+        gears.extend(LinearGear::new(&row, &tangents, &law, step, next, impulse));
     }
 }

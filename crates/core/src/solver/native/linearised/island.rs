@@ -3,7 +3,8 @@
 //! Equation numbers refer to `docs/gradients.md`.
 
 use super::constants::{ConstantChanges, ConstantsBase, places, unit};
-use super::point::{IslandStep, LinearPoint, PointCompliance};
+use super::point::{IslandStep, LinearPoint};
+use super::refined::PointCompliance;
 use super::refined::{RefinedColumns, Rng};
 use super::tied::Slots;
 use super::{Smoothing, StepChange, StepGradient};
@@ -104,8 +105,7 @@ impl LinearIsland {
         smoothed: Option<Smoothing>,
     ) -> Result<bool, Error> {
         let IslandStep { step, contacts, view, .. } = at;
-        self.bodies.clear();
-        self.bodies.extend_from_slice(view.bodies);
+        view.bodies.clone_into(&mut self.bodies);
         self.island.begin(step, &IslandView { unsettled: 0.0, ..*view });
         self.island.admit_all(step, contacts, view);
         let rolls = !self.island.setting().all_isotropic;
@@ -187,11 +187,13 @@ impl LinearIsland {
     ) -> Result<bool, Error> {
         self.is_determined = false;
         match smoothed {
+            // Derivative of the step with compliance (G8)
             Some(Smoothing::Compliance(compliance)) => {
                 self.soften(step, view, compliance)?;
                 self.given[0] = PointCompliance { compliance, is_limit: false };
                 return self.factorise().map(|()| false);
             }
+            // Derivative of the step on the central path (G16)
             Some(Smoothing::CentralPath(speed)) => {
                 self.given[0] = PointCompliance { compliance: COMPLIANCE, is_limit: false };
                 return self.centre(step, view, speed * speed).map(|()| false);
@@ -199,6 +201,7 @@ impl LinearIsland {
             None => {}
         }
         let Self { island, points: [near, _], .. } = self;
+        // Independent rows: compliance acts on changes only (G14).
         let residual = near.keep(island, step, view, COMPLIANCE);
         let is_solved = rolls || residual <= island.tolerances().newton;
         // More rows than degrees of freedom are dependent.
@@ -210,6 +213,7 @@ impl LinearIsland {
                 return Ok(false);
             }
         }
+        // Dependent rows: the limit by two compliances (G7), if the solution is that limit.
         self.given[0] = PointCompliance { compliance: COMPLIANCE, is_limit: true };
         if self.selects(step, view)? {
             self.is_one = self.island.is_plain();
@@ -217,6 +221,7 @@ impl LinearIsland {
                 COMPLIANCES.map(|compliance| PointCompliance { compliance, is_limit: false });
             return self.factorise().map(|()| false);
         }
+        // The forces are kept: compliance acts on changes only.
         self.points[0].keep(&self.island, step, view, COMPLIANCE);
         self.factorise().map(|()| true)
     }
@@ -310,7 +315,7 @@ impl LinearIsland {
                 let point = &self.points[0];
                 let pieces = point.iterate.margins(&self.island).skip(smooth);
                 let pressing = point.couplings.iter().filter(|coupling| coupling.presses());
-                let rows = pressing.map(|coupling| coupling.tangent.between_rows());
+                let rows = pressing.map(|coupling| coupling.tangent.between);
                 pieces.chain(rows).fold(f64::INFINITY, f64::min)
             }
         }
@@ -325,6 +330,7 @@ impl LinearIsland {
         end: &mut [StateChange],
     ) {
         let Self { bodies, island, points: all, is_one, free, .. } = self;
+        // 2 D_ε − D_2ε of (G7), or one point.
         for (point, weight) in weighed(all, *is_one) {
             let given = |body: usize| {
                 let of = constants.as_ref();
@@ -332,6 +338,7 @@ impl LinearIsland {
             };
             point.change(island, bodies, change, given, gravity);
             let LinearPoint { newton, held, couplings, moments, joints, gears, one, .. } = point;
+            // Right-hand side by the constants of contacts, joints and gears
             if let Some(constants) = &constants {
                 for moment in &*moments {
                     let contact = &couplings[moment.contact];
@@ -353,6 +360,7 @@ impl LinearIsland {
                 Some(inverse) => one.solve_uncoupled(inverse),
                 None => one.solve(island, held, newton.system()),
             }
+            // δX⁺ by δV⁺ (G1)
             for (&body, solved) in bodies.iter().zip(&one.solved) {
                 let (linear, spin) =
                     (solved.fixed_rows::<3>(0).into(), solved.fixed_rows::<3>(3).into());
@@ -388,7 +396,9 @@ impl LinearIsland {
             } = point;
             by_pose.begin(bodies.len(), island.couplings().len());
             by_velocity.begin(bodies.len(), island.couplings().len());
+            // Momentum at k of the body itself
             by_velocity.rhs[own] = island.members()[own].change_by_velocity();
+            // Columns of all couplings by the pose and the velocity of the body
             let of_contacts = couplings.iter().map(|coupling| (coupling.index, &coupling.slopes));
             let of_moments = moments.iter().map(|moment| (moment.index, &moment.slopes));
             let of_joints = joints.iter().map(|rows| (rows.coupling, &rows.slopes));
@@ -415,6 +425,7 @@ impl LinearIsland {
                 }
             }
         }
+        // 2 D_ε − D_2ε of (G7), or one point.
         let [near, far] = all;
         let far = (!*is_one).then_some(far);
         let solved = |place: usize, of: fn(&LinearPoint) -> &RefinedColumns<6>| match &far {
@@ -442,6 +453,7 @@ impl LinearIsland {
             let LinearPoint {
                 newton, iterate, held, couplings, moments, joints, gears, one, ..
             } = point;
+            // Transposed system: y for ∂ℓ/∂V⁺
             one.begin(bodies.len(), island.couplings().len());
             for (rhs, &body) in one.rhs.iter_mut().zip(&*bodies) {
                 let (linear, spin) = by_velocity[body];
@@ -452,6 +464,7 @@ impl LinearIsland {
                 Some(inverse) => one.solve_uncoupled(&inverse.transpose()),
                 None => one.solve_transposed(island, held, newton.system()),
             }
+            // Equations of motion of the bodies (G3)
             for (place, &body) in bodies.iter().enumerate() {
                 let (member, rhs) = (&island.members()[place], &one.solved[place]);
                 let (velocity, spin, wrench) = member.change_vjp(rhs);
@@ -468,6 +481,7 @@ impl LinearIsland {
                     }
                 }
             }
+            // Rows of joints, gears, moments and contacts
             for rows in &*joints {
                 let by = one.rows_vjp(island, rows.coupling);
                 rows.slopes.vjp(&by, gradient);

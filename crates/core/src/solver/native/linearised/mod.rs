@@ -177,8 +177,7 @@ impl StepDerivative {
     /// Takes the states with the velocities of the instant from which the next step starts. They determine the
     /// offsets of its slips (eq. 38). Without states, the offsets count as constants.
     pub fn set_instants(&mut self, instants: &[State]) {
-        self.starts.clear();
-        self.starts.extend_from_slice(instants);
+        instants.clone_into(&mut self.starts);
     }
 
     /// Difference between the differentiated step and the exact one. `None` for the exact step.
@@ -232,6 +231,7 @@ impl StepDerivative {
             let allowed = "one per body, one per contact";
             return Err(Error::Count { field, count: sizes[1], allowed });
         }
+        // Maps of the ends (G1), and constants that the derivatives refer to
         self.predicted.set(world, step.states, step.free, &self.starts);
         self.gravity = *world.gravity();
         self.ends.clear();
@@ -253,6 +253,7 @@ impl StepDerivative {
         // Iterations start at the solution.
         let at = Step { previous: solution, earlier: None, ..*step };
         let mut islands = std::mem::take(&mut self.found);
+        // Islands with contacts or joints
         islands.find(&at, StepContacts { contacts, known: 0 }, true, Marked::NONE);
         self.next.clone_from(&solution.states);
         self.alone.clear();
@@ -263,6 +264,7 @@ impl StepDerivative {
         });
         self.found = islands;
         found?;
+        // Bodies without both are islands of their own.
         let mut places = std::mem::take(&mut self.places);
         places.clear();
         places.resize(bodies, 0);
@@ -285,6 +287,7 @@ impl StepDerivative {
         });
         self.places = places;
         found?;
+        // Margins: onset of bounces and of adhesion, and pairs without contact
         for contact in contacts {
             self.margin = self.margin.min(contact.bounce_margin(world, step.states, step.free));
             self.room = self.room.min(contact.adhesion_margin(world));

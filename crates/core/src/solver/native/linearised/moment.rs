@@ -149,6 +149,7 @@ impl LinearMoment {
             offset: TurningOffset::new(contact, states, instants),
         };
         let mut slopes = LinearisedSlopes::new(coupling.slopes.bodies);
+        // Columns by the pose of each body (G6a), with the rotation φ of the contact's normal
         for side in (0..2).filter(|&side| slopes.bodies[side].is_some()) {
             for k in 0..6 {
                 let unit = Vector3::ith(k % 3, 1.0);
@@ -170,6 +171,7 @@ impl LinearMoment {
                 slopes.by_pose.set(6 * side + k, &column);
             }
         }
+        // Offset (43a), by the spins of w and of V
         if axes.offset.is_some() {
             let [by_velocity, by_instant] = [0, 1].map(|which| {
                 let mut columns = Box::new(RowsChange::zero());
@@ -190,6 +192,7 @@ impl LinearMoment {
         let along = |v: Vector3<f64>| v.try_normalize(0.0).unwrap_or_default();
         let across = |v: &Vector3<f64>| v - normal * normal.dot(v);
         use Coefficient::{RollingFriction, TorsionalFriction};
+        // γ t/ℓ of (G6a) for each coefficient: along the moment, or against the turning
         let by_friction = [RollingFriction, TorsionalFriction].into_iter().filter_map(|of| {
             let (place, friction) =
                 world.larger_between(of, contact.key.body, contact.key.partner)?;
@@ -205,6 +208,7 @@ impl LinearMoment {
             let motion = from.tr_mul(&impulse) * -*limit;
             Some((of, place, friction, RowsChange { motion, impulse, ..RowsChange::zero() }))
         });
+        // Adhesion raises the limits of the moment: μ_r δâ/ℓ.
         let mut by_pressing = RowsChange::zero();
         let mut by_constants = Vec::new();
         for (of, place, friction, by) in by_friction {

@@ -4,10 +4,10 @@
 
 use super::StepChange;
 use super::coupling::{ContactOnPiece, ContactPlace, LinearCoupling};
-use super::geared::LinearGear;
+use super::geared::{self, LinearGear, TiedEnds};
 use super::moment::{LinearMoment, MomentSolution};
-use super::refined::{RefinedColumns, StiffTerms};
-use super::tied::{self, LinearRows, Slots, SolvedRows, TiedEnds};
+use super::refined::{PointCompliance, RefinedColumns, StiffTerms};
+use super::tied::{LinearRows, Slots, SolvedRows};
 use crate::contact::Contact;
 use crate::derivative::{PlacedFeatures, PredictedStep};
 use crate::error::Error;
@@ -35,15 +35,6 @@ pub(super) struct IslandStep<'a> {
     /// Step that its start predicts, for offsets of slips.
     pub(super) predicted: &'a PredictedStep,
     pub(super) view: &'a IslandView<'a>,
-}
-
-/// Compliance that a point is linearised with.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct PointCompliance {
-    /// ε of the matrix and of the law evaluated last.
-    pub(super) compliance: f64,
-    /// True if the limit ε → 0 is taken at this point (G14). Compliance then acts on changes only.
-    pub(super) is_limit: bool,
 }
 
 /// Island at one solution, with or without compliance.
@@ -323,9 +314,11 @@ impl LinearPoint {
             self;
         let pieces = newton.pieces();
         let limit = if is_limit { compliance } else { 0.0 };
+        // States at the end of the point's step
         for (&body, velocity) in view.bodies.iter().zip(&iterate.velocity) {
             next[body] = next_state(step, body, velocity);
         }
+        // Contacts
         couplings.clear();
         for (index, gain) in &*gains {
             let Some(place) = view.contacts.get(*index) else { continue };
@@ -342,6 +335,7 @@ impl LinearPoint {
             let place = ContactPlace { contact, placed, index: *index, predicted };
             couplings.push(LinearCoupling::new(step, &place, next, on, limit));
         }
+        // Moments, each after its contact
         moments.clear();
         for (place, length) in island.moments_with_lengths() {
             let index = place.moment;
@@ -366,6 +360,7 @@ impl LinearPoint {
             gears.clear();
             return;
         }
+        // Joints and gears
         let Iterate { velocity, impulses, .. } = &*iterate;
         let solved = SolvedRows { pieces, impulses, points: iterate.points(), compliance, limit };
         let of_body = |body: usize| {
@@ -373,6 +368,6 @@ impl LinearPoint {
             (linear, spin)
         };
         let ends = TiedEnds { velocity: of_body, next };
-        tied::linearise(step, island, &solved, slots, ends, joints, gears);
+        geared::linearise(step, island, &solved, slots, ends, joints, gears);
     }
 }

@@ -35,12 +35,20 @@
 //!
 //! Equation numbers refer to `docs/gradients.md`.
 
-use super::point::PointCompliance;
 use super::slopes::RowsChange;
 use crate::solver::native::equations::{Elimination, Equations};
 use crate::solver::native::island::{Island, IslandSlope, IslandSystem, StiffSide};
 use crate::solver::native::law::Factored;
 use nalgebra::{Matrix3, SMatrix, Vector3, Vector6};
+
+/// Compliance that a point is linearised with.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PointCompliance {
+    /// ε of the matrix and of the law evaluated last.
+    pub(super) compliance: f64,
+    /// True if the limit ε → 0 is taken at this point (G14). Compliance then acts on changes only.
+    pub(super) is_limit: bool,
+}
 
 /// Terms of the linear system at a point, kept separate for residuals.
 #[derive(Debug, Clone, Default)]
@@ -279,6 +287,7 @@ impl<const C: usize> RefinedColumns<C> {
 
     /// Solves for δV.
     pub(super) fn solve(&mut self, island: &Island, stiff: &StiffTerms, system: &mut IslandSystem) {
+        // x = K⁻¹(b + Σ H D m) (G11)
         self.add_motion_loads(stiff);
         let Self { rhs, motions, solved, values, begun, given } = self;
         island.solve_all(system, solved, values);
@@ -292,6 +301,7 @@ impl<const C: usize> RefinedColumns<C> {
             if pass > 0 {
                 rhs.clone_from(begun);
             }
+            // b − A x
             for ((rhs, x), turning) in rhs.iter_mut().zip(&*solved).zip(&stiff.turning) {
                 for (rhs, x) in rhs.data.0.iter_mut().zip(&x.data.0) {
                     let turned = turning * Vector3::new(x[3], x[4], x[5]);
@@ -301,6 +311,7 @@ impl<const C: usize> RefinedColumns<C> {
                     }
                 }
             }
+            // Σ H D (m + J x), with compliance on changes only (G14), or for more passes (G19)
             for (rows, sides) in stiff.couplings() {
                 for (column, motion) in motions[rows.index].data.0.iter().enumerate() {
                     let mut along = *motion;

@@ -95,6 +95,7 @@ impl StepDerivative {
         {
             return Ok(false);
         }
+        // Columns of ∂X⁺/∂X by velocities, for all bodies
         if self.pulling.is_empty() {
             let mut found = Vec::new();
             let mut pulling = Vec::with_capacity(bodies);
@@ -106,6 +107,7 @@ impl StepDerivative {
             self.pulling = pulling;
         }
         let (by_velocity, _) = self.begin_vjp(end, gradient)?;
+        // ∂ℓ/∂X = (∂V⁺/∂X)ᵀ ∂ℓ/∂V⁺
         let StepGradient { states, wrenches, .. } = gradient;
         for (state, columns) in states.iter_mut().zip(&self.pulling) {
             let mut sums = state.to_array();

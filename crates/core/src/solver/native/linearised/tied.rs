@@ -12,14 +12,11 @@
 //! `docs/gradients.md`.
 
 use super::constants::{add_anchors, anchors_of, unit};
-use super::geared::{LinearGear, TiedRows};
 use super::slopes::{LinearisedSlopes, RowsChange};
-use crate::derivative::{JointTangent, RowsTangent};
+use crate::derivative::RowsTangent;
 use crate::joint::{Axis, AxisChange, AxisStart, GraphPlace, JointAxis, PieceChange, Segment};
-use crate::mechanics::State;
-use crate::solver::native::island::{Island, JointPlace};
+use crate::solver::native::island::Island;
 use crate::solver::native::law::MapPiece;
-use crate::step::Step;
 use crate::world::{Constant, World};
 use nalgebra::{Matrix3, RowSVector, SMatrix, Vector3, Vector6};
 use std::ops::Range;
@@ -59,24 +56,16 @@ pub(super) struct TiedRowLaw {
 
 /// Row of a coupling of a joint or a gear.
 #[derive(Debug, Clone, Copy)]
-struct TiedRow {
-    coupling: usize,
-    k: usize,
+pub(super) struct TiedRow {
+    pub(super) coupling: usize,
+    pub(super) k: usize,
     /// ℓ of a rotation (m).
-    length: f64,
-}
-
-/// End of a step.
-pub(super) struct TiedEnds<'a, V: Fn(usize) -> (Vector3<f64>, Vector3<f64>)> {
-    /// v⁺ and ω⁺ of a body of the world.
-    pub(super) velocity: V,
-    /// X⁺ of all bodies of the world.
-    pub(super) next: &'a [State],
+    pub(super) length: f64,
 }
 
 impl TiedRowLaw {
     /// Law of a `row` whose axis has the initial values `start`, in a step of `time_step` (s).
-    fn new(
+    pub(super) fn new(
         solved: &SolvedRows<'_>,
         island: &Island,
         row: TiedRow,
@@ -163,7 +152,7 @@ impl TiedRowLaw {
 
 /// Indices of an axis among the axes with drives, with motors and with limits.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct AxisSlots {
+pub(super) struct AxisSlots {
     axis: Option<usize>,
     motor: Option<usize>,
     limits: Option<usize>,
@@ -215,7 +204,7 @@ impl Slots {
     }
 
     /// Indices of an axis.
-    fn axis_slots(&self, joint: usize, axis: JointAxis) -> AxisSlots {
+    pub(super) fn axis_slots(&self, joint: usize, axis: JointAxis) -> AxisSlots {
         let first = self.axes.partition_point(|(known, ..)| *known < joint);
         let mut own = self.axes[first..].iter().take_while(|(known, ..)| *known == joint);
         own.find(|(_, known, _)| *known == axis).map_or(AxisSlots::default(), |(.., slots)| *slots)
@@ -248,72 +237,6 @@ impl SolvedRows<'_> {
     }
 }
 
-/// Linearises the rows of an island's joints and gears.
-pub(super) fn linearise(
-    step: &Step<'_>,
-    island: &Island,
-    solved: &SolvedRows<'_>,
-    slots: &Slots,
-    ends: TiedEnds<'_, impl Fn(usize) -> (Vector3<f64>, Vector3<f64>)>,
-    rows: &mut Vec<LinearRows>,
-    gears: &mut Vec<LinearGear>,
-) {
-    let TiedEnds { velocity, next } = ends;
-    rows.clear();
-    gears.clear();
-    // All joint rows, in the order of their couplings.
-    let mut tangents: Vec<TiedRows> = Vec::new();
-    for place in island.joint_places() {
-        let JointPlace { joint: number, place: at_place, turn, length, angles, .. } = place;
-        let joint = &step.world.joints()[*number];
-        let bodies = [Some(joint.body()), joint.other()];
-        let map = step.world.step_map();
-        let h = map.time_step;
-        let velocities = bodies.map(|body| body.map(&velocity));
-        let tangent = JointTangent::new(joint, step.states, &map, velocities);
-        let Some(at) = joint.coordinates(step.states) else { continue };
-        let starts = joint.starts_with_rates(step.states, &at, angles, &map);
-        let acting = joint.acting_axes();
-        let own = [
-            at_place.map(|coupling| (coupling, 1.0, joint.linear(), &starts[0])),
-            turn.map(|coupling| (coupling, *length, &acting, &starts[1])),
-        ];
-        for (about, (coupling, length, axes, starts)) in
-            own.into_iter().enumerate().filter_map(|(about, own)| own.map(|own| (about == 1, own)))
-        {
-            let frame = *island.rows(coupling);
-            let impulse = frame.tr_mul(&(solved.impulses[coupling]))
-                + island.geared(coupling, solved.impulses);
-            let of = if about {
-                tangent.turn_rows(angles, length, &impulse)
-            } else {
-                Some(tangent.place_rows(&impulse))
-            };
-            let Some(of) = of else { continue };
-            let law = |k: usize| {
-                let axis = if about { JointAxis::Angular(k) } else { JointAxis::Linear(k) };
-                let row = TiedRow { coupling, k, length };
-                let own = slots.axis_slots(*number, axis);
-                TiedRowLaw::new(solved, island, row, &axes[k], &starts[k], h, own)
-            };
-            let laws = [law(0), law(1), law(2)];
-            rows.push(LinearRows::new(coupling, *number, bodies, &of, frame, laws));
-            let (joint, angles) = (*number, *angles);
-            tangents.push(TiedRows { coupling, joint, angles, bodies, length, frame, of });
-        }
-    }
-    for row in island.gear_rows() {
-        let impulse = solved.impulses[row.coupling][0];
-        let law = |sum: f64| {
-            let gear = &step.world.gears()[row.gear];
-            let (h, none) = (step.world.time_step(), AxisSlots::default());
-            let of = TiedRow { coupling: row.coupling, k: 0, length: row.length };
-            TiedRowLaw::new(solved, island, of, gear.law(), &gear.start(sum), h, none)
-        };
-        gears.extend(LinearGear::new(&row, &tangents, &law, step, next, impulse));
-    }
-}
-
 impl LinearRows {
     /// Smallest distance of a held row to the speed at which its stop and its dry friction meet
     /// (m/s).
@@ -321,7 +244,7 @@ impl LinearRows {
         self.laws.iter().map(TiedRowLaw::stop_margin).fold(f64::INFINITY, f64::min)
     }
 
-    fn new(
+    pub(super) fn new(
         coupling: usize,
         joint: usize,
         bodies: [Option<usize>; 2],
@@ -355,6 +278,7 @@ impl LinearRows {
                 by_time_step.motion[k] += longer * motion;
                 by_time_step.impulse += frame.column(k) * (longer * impulse);
             };
+            // δu₀ or δv and δs of (G10), by the coordinate, by the step itself, and by h
             let by_coordinate = law.local_solution(&AxisChange { coordinate: 1.0, ..unit });
             add(by_coordinate, of.coordinates.row(k).into(), 0.0);
             add((1.0, 0.0), RowSVector::zeros(), of.by_time_step[k]);
@@ -363,6 +287,7 @@ impl LinearRows {
                 RowSVector::zeros(),
                 1.0,
             );
+            // By the anchors (G12)
             if let (Some(of), Some(slopes)) = (&of.anchors, &mut by_anchors) {
                 for (unit, by) in [
                     (AxisChange { coordinate: 1.0, ..unit }, of.coordinates.row(k)),
@@ -374,6 +299,7 @@ impl LinearRows {
                     slopes.impulse += frame.column(k) * (by * impulse);
                 }
             }
+            // By the rates of the axis at k
             if let (Some(rates), Some(slopes)) = (&of.rates, &mut by_velocity) {
                 let (motion, impulse) = law.local_solution(&AxisChange { rate: 1.0, ..unit });
                 add((motion, impulse), rates.by_poses.row(k).into(), rates.by_time_step[k]);

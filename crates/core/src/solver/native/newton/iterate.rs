@@ -77,8 +77,9 @@ impl<E: Equations> Iterate<E> {
         piece: MapPiece,
         compliance: f64,
     ) -> Factored {
-        let of = LawRows { rows: &equations.couplings()[index].rows, graphs: equations.graphs() };
-        self.projections[index].factored(piece, of, compliance)
+        let law_rows =
+            LawRows { rows: &equations.couplings()[index].rows, graphs: equations.graphs() };
+        self.projections[index].factored(piece, law_rows, compliance)
     }
 
     /// u of every coupling at the last evaluation (m/s).
@@ -119,12 +120,9 @@ impl<E: Equations> Iterate<E> {
 
     pub(crate) fn copy_from(&mut self, other: &Self) {
         self.velocity.copy_from(&other.velocity);
-        self.impulses.clear();
-        self.impulses.extend_from_slice(&other.impulses);
-        self.points.clear();
-        self.points.extend_from_slice(&other.points);
-        self.projections.clear();
-        self.projections.extend_from_slice(&other.projections);
+        self.impulses.clone_from(&other.impulses);
+        self.points.clone_from(&other.points);
+        self.projections.clone_from(&other.projections);
         self.motion = other.motion;
         self.map = other.map;
         self.residual = other.residual;

@@ -123,6 +123,7 @@ impl<E: Equations> Newton<E> {
                 return false;
             }
             let (before, were_kept) = (merit.largest, self.kept.are_good);
+            // Near a solution: full steps, a few of which may increase the residual.
             if merit.largest <= tolerances.whole_steps && whole_steps > 0 {
                 self.try_step(equations, iterate, 1.0);
                 let trial = evaluate(equations, map, &mut self.trial);
@@ -169,8 +170,7 @@ impl<E: Equations> Newton<E> {
         effort: &mut SolveEffort<'_>,
     ) -> bool {
         iterate.keep_impulses(equations, map);
-        self.trial.shifts.clear();
-        self.trial.shifts.extend_from_slice(&iterate.shifts);
+        self.trial.shifts.clone_from(&iterate.shifts);
         if is_evaluated {
             evaluate_again(equations, map, iterate)
         } else {
@@ -259,18 +259,25 @@ impl<E: Equations> Newton<E> {
                 matrix,
             )
         };
+        // Retained factors: same pieces and compliance. Only d of (N5) changes.
         if kept.are_good && kept.compliance == matrix && kept.pieces == *pieces {
             let couplings = equations.couplings().iter().zip(&mut *eliminations);
             for (index, (coupling, elimination)) in couplings.enumerate() {
                 let alike = (is_isotropic && !coupling.rows.is_isotropic())
                     .then(|| coupling.rows.isotropic());
-                let of = LawRows { rows: alike.as_ref().unwrap_or(&coupling.rows), graphs };
+                let law_rows = LawRows { rows: alike.as_ref().unwrap_or(&coupling.rows), graphs };
                 let LocalSolution { offset, gain } = &mut elimination.local_solution;
-                *offset =
-                    projections[index].offset(pieces[index], of, &impulses[index], matrix, gain);
+                *offset = projections[index].offset(
+                    pieces[index],
+                    law_rows,
+                    &impulses[index],
+                    matrix,
+                    gain,
+                );
             }
             return equations.direction(scratch, eliminations, system, step);
         }
+        // d and D of (N5), then the matrix (N12)
         kept.are_good = false;
         if equations.settings().keeps_factors {
             kept.pieces.clone_from(pieces);

@@ -88,6 +88,7 @@ impl<E: Equations> Newton<E> {
             let Some(before) = equations.slope_along(&iterate.scratch, &self.step) else {
                 return false;
             };
+            // Bisection for the length at which the slope of the convex function has fallen to half
             let (mut low, mut high, mut length) = (0.0, f64::INFINITY, 1.0);
             for _ in 0..MULTIPLIER_SEARCH {
                 let Self { trial, step, .. } = self;
@@ -124,9 +125,9 @@ fn follow<E: Equations>(
     projections.clear();
     for ((coupling, u), known) in equations.couplings().iter().zip(&*points).zip(known) {
         let rows = coupling.rows.with_scale(stiffness);
-        let of = LawRows { rows: &rows, graphs };
+        let law_rows = LawRows { rows: &rows, graphs };
         let (projection, missed) =
-            coupling.law.evaluated(&NaturalMap::EXACT, of, projections, u, known);
+            coupling.law.evaluated(&NaturalMap::EXACT, law_rows, projections, u, known);
         projections.push(projection);
         impulses.push(known - stiffness * missed);
     }
