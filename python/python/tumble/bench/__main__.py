@@ -44,6 +44,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if options.template:
             print(files(__package__).joinpath("template.py").read_text(encoding="utf-8"), end="")
             return 0
+        if not min(options.limit, options.total, options.jobs) > 0:
+            raise TumbleError("--limit, --total and --jobs need positive numbers")
         cases = all_cases(options.folder)
         names = chosen([case.name for case in cases], _listed(options.cases), "case")
         adapters = _adapters(options.adapter)
@@ -52,8 +54,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
             _print_lists(cases, engines, names)
             return 0
         pythons = _pythons(options.python, engines)
-        if not min(options.limit, options.total, options.jobs) > 0:
-            raise TumbleError("--limit, --total and --jobs need positive numbers")
         for target in filter(None, (options.out, options.submit)):
             target.mkdir(parents=True, exist_ok=True)
         selected = [case for case in cases if case.name in names]

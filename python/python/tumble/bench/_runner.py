@@ -19,9 +19,11 @@ from typing import Any
 from .._tumble import TumbleError
 from ._case import Case
 from ._verdict import Outcome, judged
-from ._worker import LOADED, PATIENCE
+from ._worker import LOADED
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+LOADING = 600.0
+"""Longest time that an engine may take to be imported, s."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +122,7 @@ def _results(
                 hung.set()
                 worker.kill()
 
-            loading = threading.Timer(PATIENCE * limits[0], stop)
+            loading = threading.Timer(LOADING, stop)
             loading.start()
             with worker:
                 # Engines print too.
@@ -136,7 +138,7 @@ def _results(
             said = errors.read().strip().splitlines()
         failure = {"status": "crash", "reason": f"exit code {worker.returncode}" + (f": {said[-1][:200]}" if said else "")}
         if hung.is_set():
-            failure = {"status": "time limit", "reason": f"it did not load in {loading.interval:g} s"}
+            failure = {"status": "time limit", "reason": f"it did not load in {LOADING:g} s"}
         for case in waiting.values():
             yield case, failure
 
@@ -147,7 +149,10 @@ def adapter_names(path: Path, python: str) -> list[str]:
     :raises TumbleError: if the file does not load.
     """
     command = [python, "-m", f"{__package__}._worker", "--adapter", str(path), "--names"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False, timeout=LOADING)
+    except subprocess.TimeoutExpired:
+        raise TumbleError(f"--adapter {path} does not load in {LOADING:g} s") from None
     if done.returncode != 0:
         said = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
         raise TumbleError(f"--adapter {path} does not load: {said[-1].removeprefix('tumble._tumble.TumbleError: ')}")

@@ -27,7 +27,7 @@ from ._differences import derivative
 from .engines import Engine, Motion, Unsupported, adapter_engines, engine
 
 PATIENCE = 10.0
-"""Largest duration of a case or an import, in limits of the processor time of a case."""
+"""Largest duration of a case, in limits of its processor time."""
 LOADED = "tumble.bench: the engine is loaded"
 """Line that is printed when the engine is imported."""
 
@@ -176,7 +176,7 @@ def main() -> None:
     parser.add_argument("--names", action="store_true")
     given = parser.parse_args()
     if given.names:
-        print(json.dumps([one.name for one in adapter_engines(given.adapter)]))
+        print("\n" + json.dumps([one.name for one in adapter_engines(given.adapter)]))
     else:
         work(Task(given.engine, given.adapter, given.folder, given.keep), given.limit, given.total, given.cases)
 
