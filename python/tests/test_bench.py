@@ -88,7 +88,7 @@ def test_own_derivatives_equal_differences():
 def test_every_adapter_is_listed():
     files = {path.stem for path in (Path(tumble.bench.__file__).parent / "engines").glob("[a-z]*.py")}
     assert files == set(MODULES.values())
-    assert len(CASES) >= 230
+    assert len(CASES) >= 239
 
 
 @pytest.mark.engines
@@ -249,6 +249,7 @@ def test_a_missing_engine_and_a_time_limit_are_lines(tmp_path):
     found = json.loads((tmp_path / "bench.json").read_text())
     assert found["accuracy"]["tumble"]["incline-holds"]["verdict"] == "time limit"
     assert "does not start" in found["engines"]["pybullet"]["missing"]
+    assert "pybullet: not installed: " in done.stdout and "does not start" in done.stdout
 
 
 @pytest.mark.parametrize(

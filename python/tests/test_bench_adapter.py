@@ -7,7 +7,7 @@ import zipfile
 
 import numpy as np
 import pytest
-from tumble.bench import __main__, all_cases, check
+from tumble.bench import __main__, _runner, all_cases, check
 
 CASES = "projectile,incline-slips,grad-slide,ramp-20-holds"
 
@@ -251,6 +251,49 @@ def test_a_case_is_stopped_by_its_processor_time_or_a_long_wait(template, tmp_pa
     assert done.returncode == 0, done.stderr
     (outcome,) = json.loads((tmp_path / "bench.json").read_text())["accuracy"]["my-engine"].values()
     assert outcome["verdict"] == verdict
+
+
+@pytest.mark.parametrize(
+    "line, verdict, reason",
+    [
+        ("if '--names' not in sys.argv: time.sleep(60)", "time limit", "it did not load in 2 s"),
+        ("if '--names' not in sys.argv: os._exit(7)", "crash", "exit code 7"),
+        # Engines may print bytes of another encoding, and lines without an end.
+        ("os.write(1, b'\\xff')", "right", ""),
+    ],
+)
+def test_an_engine_that_does_not_load_stops_no_other(template, tmp_path, monkeypatch, line, verdict, reason):
+    path = tmp_path / "mine.py"
+    path.write_text(f"import os, sys, time\n{template[0].read_text()}\n{line}\n")
+    if verdict == "time limit":
+        monkeypatch.setattr(__main__, "adapter_names", lambda *_: ["my-engine"])
+        monkeypatch.setattr(_runner, "LOADING", 2.0)
+    options = ["--engines", "my-engine,jolt", "--cases", "projectile", "--quiet", "--out", str(tmp_path)]
+    assert __main__.main(["--adapter", str(path), *options]) == 0
+    found = json.loads((tmp_path / "bench.json").read_text())["accuracy"]
+    assert found["my-engine"]["projectile"]["verdict"] == verdict
+    assert found["my-engine"]["projectile"]["reason"] == reason
+    assert "projectile" in found["jolt"]
+
+
+def test_cases_after_the_time_of_an_engine_are_not_run(template, tmp_path, capsys):
+    path = tmp_path / "mine.py"
+    text = template[0].read_text().replace("        return Motion(", "        while time.process_time() < 4: pass\n        return Motion(")
+    path.write_text(f"import time\n{text}")
+    options = ["--cases", "projectile,incline-slips", "--total", 4, "--submit", tmp_path]
+    done = bench("--adapter", path, "--engines", "my-engine", *options)
+    assert done.returncode == 0, done.stderr
+    assert list(stated(tmp_path / "my-engine.zip")["cases"]) == ["incline-slips"]
+    code, printed = judged(tmp_path / "my-engine.zip", capsys)
+    assert code == 0 and "all statements agree" in printed
+
+
+def test_an_adapter_that_hangs_is_refused(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(_runner, "LOADING", 0.5)
+    path = tmp_path / "mine.py"
+    path.write_text("import time; time.sleep(60)")
+    assert __main__.main(["--adapter", str(path), "--list"]) == 2
+    assert f"--adapter {path} does not load in 0.5 s" in capsys.readouterr().err
 
 
 def test_an_adapter_cannot_take_the_name_of_another_engine(template, tmp_path, capsys):

@@ -252,6 +252,8 @@ def reason(step):
 
 def test_steps_whose_laws_hold_are_not_refused():
     assert reason(SLIDE) == reason(LIMIT) == ""
+    # A length within the tolerance is scaled to 1.
+    assert reason(changed(SLIDE, ("contacts", 0, "normal", 2), lambda _: -1.0 - 9e-7)) == ""
     # U+2028 ends a line of a text, but not of JSON.
     assert reason(json.dumps({**SLIDE, "names": ["\u2028"]}, ensure_ascii=False)) == ""
 

@@ -82,7 +82,7 @@ fn the_page_of_a_hundred_bodies_and_five_thousand_rows_is_small() {
         for state in &mut frame.states {
             state.position.iter_mut().for_each(|x| *x += 1e-5 * noise());
         }
-        for contact in &mut frame.contacts {
+        for contact in std::sync::Arc::make_mut(&mut frame.contacts) {
             contact.force *= 1.0 + 0.01 * noise();
         }
     }

@@ -21,7 +21,8 @@ from .engines import MODULES
 
 DESCRIPTION = """Runs cases of rigid contact with known answers on all engines that are installed.
 
-Each engine and case has a process of its own with a limit of processor time. A verdict is one of:
+Each engine and case has a process of its own with a limit of processor time, so a crash or an endless loop ends one case.
+An engine that is not installed is a line with the reason. A verdict is one of:
 """
 EPILOG = """examples:
   python -m tumble.bench --out results
@@ -43,6 +44,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if options.template:
             print(files(__package__).joinpath("template.py").read_text(encoding="utf-8"), end="")
             return 0
+        if not min(options.limit, options.total, options.jobs) > 0:
+            raise TumbleError("--limit, --total and --jobs need positive numbers")
         cases = all_cases(options.folder)
         names = chosen([case.name for case in cases], _listed(options.cases), "case")
         adapters = _adapters(options.adapter)
@@ -51,8 +54,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
             _print_lists(cases, engines, names)
             return 0
         pythons = _pythons(options.python, engines)
-        if not options.limit > 0.0 or options.jobs < 1:
-            raise TumbleError("--limit and --jobs need positive numbers")
         for target in filter(None, (options.out, options.submit)):
             target.mkdir(parents=True, exist_ok=True)
         selected = [case for case in cases if case.name in names]
@@ -76,6 +77,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 selected,
                 pythons=pythons,
                 limit=options.limit,
+                total=options.total,
                 jobs=options.jobs,
                 progress=progress,
                 finished=finished,
@@ -110,6 +112,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--template", action="store_true", help="print an adapter to begin with, and run nothing")
     add("--submit", type=Path, metavar="DIR", help="write a result file with all motions for each engine, DIR/ENGINE.zip")
     add("--limit", type=float, default=120.0, metavar="S", help="processor time of a case, s (default: 120)")
+    add("--total", type=float, default=3600.0, metavar="S", help="processor time of all cases of an engine, s (default: 3600)")
     add("--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="engines at a time (default: all cores)")
     add(
         "--python",

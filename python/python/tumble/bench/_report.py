@@ -21,15 +21,18 @@ from ._verdict import RIGHT, VERDICTS, WRONG, YIELDS, Outcome, counted
 
 Rows = list[list[str]]
 RAN = "the run took"
+MISSING = "not installed"
 FAILED = ("error", "crash", "time limit", "not run")
 SIGNS = {RIGHT: "✓", YIELDS: "~", "not modelled": "–", "not run": "·", "error": "error", "crash": "crash", "time limit": "time"}
 
 
 def summary(report: Report) -> str:
-    """Verdicts of each engine as a text table."""
-    rows = [row[:-1] for row in engine_rows(report)]
+    """Verdicts of each engine as a text table, and the reasons why others are not installed."""
+    rows = [row[:-1] for row in engine_rows(report) if row[1] != MISSING]
     widths = [max(len(row[place]) for row in rows) for place in range(len(rows[0]))]
-    return "\n".join("  ".join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip() for row in rows)
+    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths)).rstrip() for row in rows]
+    missing = [f"{name}: {MISSING}: {about['missing']}" for name, about in report.engines.items() if "missing" in about]
+    return "\n".join(lines + missing)
 
 
 def engine_rows(report: Report) -> Rows:
@@ -37,7 +40,7 @@ def engine_rows(report: Report) -> Rows:
     rows = [["engine", "version", RIGHT, YIELDS, WRONG, "not modelled", "failed", "µs a step", "settings"]]
     for name, about in report.engines.items():
         if "missing" in about:
-            rows.append([name, "not installed", *["–"] * 6, about["missing"]])
+            rows.append([name, MISSING, *["–"] * 6, about["missing"]])
             continue
         outcomes = list(report.outcomes[name].values())
         numbers = counted(outcomes)

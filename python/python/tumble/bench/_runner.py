@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -18,8 +19,11 @@ from typing import Any
 from .._tumble import TumbleError
 from ._case import Case
 from ._verdict import Outcome, judged
+from ._worker import LOADED
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+LOADING = 600.0
+"""Longest time that an engine may take to be imported, s."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,7 @@ def run(
     *,
     pythons: Mapping[str, str],
     limit: float,
+    total: float,
     jobs: int,
     progress: Callable[[Outcome], None] = lambda outcome: None,
     finished: Callable[[Report, str], None] = lambda report, name: None,
@@ -49,6 +54,7 @@ def run(
 
     :param pythons: interpreter of an engine, by default this one.
     :param limit: time limit of a case, s.
+    :param total: time limit of all cases of an engine, s.
     :param jobs: number of engines at a time.
     :param finished: called with the report when an engine of this name has run all cases.
     :param adapters: file of an engine outside the package.
@@ -60,7 +66,7 @@ def run(
 
     def one(name: str) -> None:
         python, folder = pythons.get(name, sys.executable), None if keep is None else keep / name
-        for case, result in _results(name, cases, python, limit, adapters.get(name), folder):
+        for case, result in _results(name, cases, python, (limit, total), adapters.get(name), folder):
             if "version" in result:
                 about[name] = {key: result[key] for key in ("version", "settings", "compliant")}
             elif result["status"] == "not installed":
@@ -76,7 +82,12 @@ def run(
 
 
 def _results(
-    name: str, cases: Sequence[Case], python: str, limit: float, adapter: Path | None, keep: Path | None
+    name: str,
+    cases: Sequence[Case],
+    python: str,
+    limits: tuple[float, float],
+    adapter: Path | None,
+    keep: Path | None,
 ) -> Iterator[tuple[Case, dict[str, Any]]]:
     """Results of the cases of an engine, each as soon as it is there."""
     with tempfile.TemporaryDirectory() as folder:
@@ -85,34 +96,51 @@ def _results(
             options.append("--keep")
             keep.mkdir(parents=True)
         paths = [case.path for case in cases]
-        command = [python, "-m", f"{__package__}._worker", *options, name, folder, str(limit), *paths]
+        command = [python, "-m", f"{__package__}._worker", *options, name, folder, *map(str, limits), *paths]
         # One thread a process: the order of additions, and with it the last digits, stay the same.
         environment = {**os.environ, **{variable: "1" for variable in ONE_THREAD}}
         waiting = {case.name: case for case in cases}
-        reason = ""
+
+        def taken(case: Case) -> tuple[Case, dict[str, Any]]:
+            motion = Path(folder) / f"{case.name}.npz"
+            if keep is not None and motion.is_file():
+                shutil.move(motion, keep / motion.name)
+            return case, json.loads((Path(folder) / f"{case.name}.json").read_text())
+
         with open(Path(folder) / "errors.txt", "w+", encoding="utf-8", errors="replace") as errors:
             try:
                 worker = subprocess.Popen(
-                    command, env=environment, stdout=subprocess.PIPE, stderr=errors, text=True
+                    command, env=environment, stdout=subprocess.PIPE, stderr=errors, text=True, errors="replace"
                 )
             except OSError as error:
                 for case in cases:
                     yield case, {"status": "not installed", "reason": f"{python} does not start: {error.strerror}"}
                 return
+            hung = threading.Event()
+
+            def stop() -> None:
+                hung.set()
+                worker.kill()
+
+            loading = threading.Timer(LOADING, stop)
+            loading.start()
             with worker:
-                for line in worker.stdout or ():
-                    # Engines print too.
-                    case_done = waiting.pop(line.strip(), None)
-                    if case_done is not None:
-                        motion = Path(folder) / f"{case_done.name}.npz"
-                        if keep is not None and motion.is_file():
-                            shutil.move(motion, keep / motion.name)
-                        yield case_done, json.loads((Path(folder) / f"{case_done.name}.json").read_text())
+                # Engines print too.
+                for line in map(str.strip, worker.stdout or ()):
+                    if line == LOADED:
+                        loading.cancel()
+                    elif line in waiting:
+                        yield taken(waiting.pop(line))
+                    if not waiting:
+                        break
+            loading.cancel()
             errors.seek(0)
             said = errors.read().strip().splitlines()
-            reason = f"exit code {worker.returncode}" + (f": {said[-1][:200]}" if said else "")
+        failure = {"status": "crash", "reason": f"exit code {worker.returncode}" + (f": {said[-1][:200]}" if said else "")}
+        if hung.is_set():
+            failure = {"status": "time limit", "reason": f"it did not load in {LOADING:g} s"}
         for case in waiting.values():
-            yield case, {"status": "crash", "reason": reason}
+            yield case, failure
 
 
 def adapter_names(path: Path, python: str) -> list[str]:
@@ -121,7 +149,10 @@ def adapter_names(path: Path, python: str) -> list[str]:
     :raises TumbleError: if the file does not load.
     """
     command = [python, "-m", f"{__package__}._worker", "--adapter", str(path), "--names"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False, timeout=LOADING)
+    except subprocess.TimeoutExpired:
+        raise TumbleError(f"--adapter {path} does not load in {LOADING:g} s") from None
     if done.returncode != 0:
         said = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
         raise TumbleError(f"--adapter {path} does not load: {said[-1].removeprefix('tumble._tumble.TumbleError: ')}")

@@ -50,6 +50,8 @@ def submitted(
     memory = io.BytesIO()
     with zipfile.ZipFile(memory, "w", zipfile.ZIP_STORED) as archive:
         for case in report.cases:
+            if report.outcomes[name][case.name].verdict == "not run":
+                continue
             motion = motions / name / f"{case.name}.npz"
             arrays = _arrays(motion.read_bytes()) if motion.is_file() else {}
             found["cases"][case.name] = _stated(case, report.outcomes[name][case.name], arrays)

@@ -19,7 +19,7 @@ VERDICTS = {
     "crash": "the process ended without a result",
     "time limit": "the process was stopped at the time limit",
     "not installed": "the engine is not installed",
-    "not run": "a submitted result does not have the case",
+    "not run": "the time of the engine was over, or a submitted result does not have the case",
 }
 """Verdicts on a case and their meaning."""
 UNMEASURED = ("not modelled", "error", "crash", "time limit")

@@ -1,7 +1,8 @@
-"""One engine on several cases: ``python -m tumble.bench._worker ENGINE FOLDER LIMIT CASE...``.
+"""One engine on several cases: ``python -m tumble.bench._worker ENGINE FOLDER LIMIT TOTAL CASE...``.
 
 The engine is imported once. Each case then has a process of its own, forked from this one. LIMIT is its processor time, so
-that other work on the machine fails no case; a case that waits is stopped after ten times as long. Its result
+that other work on the machine fails no case; a case that waits is stopped after ten times as long.
+TOTAL is the processor time of all cases; those that are left after it are not run. The result of a case
 is a JSON file in FOLDER, named by the case; the name is printed when it is there. With ``--keep`` there is also a file
 with the motion, CASE.npz. ``--adapter FILE --names`` prints the names of the engines of a file.
 """
@@ -27,6 +28,8 @@ from .engines import Engine, Motion, Unsupported, adapter_engines, engine
 
 PATIENCE = 10.0
 """Largest duration of a case, in limits of its processor time."""
+LOADED = "tumble.bench: the engine is loaded"
+"""Line that is printed when the engine is imported."""
 
 
 class Task(NamedTuple):
@@ -40,7 +43,7 @@ class Task(NamedTuple):
     """True if motions are written too."""
 
 
-def work(task: Task, limit: float, cases: Sequence[Path]) -> None:
+def work(task: Task, limit: float, total: float, cases: Sequence[Path]) -> None:
     """Runs an engine on cases."""
     folder = task.folder
     try:
@@ -50,9 +53,13 @@ def work(task: Task, limit: float, cases: Sequence[Path]) -> None:
         for path in cases:
             _leave(folder, path, {"status": "not installed", "reason": reason})
         return
+    print(LOADED, flush=True)
     fork = "fork" in multiprocessing.get_all_start_methods()
     multiprocessing.set_start_method("fork" if fork else "spawn")
     for path in cases:
+        if sum(os.times()[:4]) > total:
+            _leave(folder, path, {"status": "not run", "reason": f"the cases before it took {total:g} s"})
+            continue
         child = multiprocessing.Process(target=_child, args=(task, path))
         child.start()
         if not _ended(child, limit):
@@ -62,7 +69,7 @@ def work(task: Task, limit: float, cases: Sequence[Path]) -> None:
         elif child.exitcode != 0:
             _leave(folder, path, {"status": "crash", "reason": f"exit code {child.exitcode}"})
         else:
-            print(path.stem, flush=True)
+            _announce(path)
 
 
 def _ended(child: multiprocessing.Process, limit: float) -> bool:
@@ -95,7 +102,12 @@ def _child(task: Task, path: Path) -> None:
 def _leave(folder: Path, path: Path, found: dict[str, Any], announce: bool = True) -> None:
     (folder / f"{path.stem}.json").write_text(json.dumps(found))
     if announce:
-        print(path.stem, flush=True)
+        _announce(path)
+
+
+def _announce(path: Path) -> None:
+    # The line of an engine may have no end.
+    print(f"\n{path.stem}", flush=True)
 
 
 def result(found: Engine, path: Path, arrays: dict[str, Floats] | None = None) -> dict[str, Any]:
@@ -157,15 +169,16 @@ def main() -> None:
     parser.add_argument("engine", nargs="?")
     parser.add_argument("folder", nargs="?", type=Path)
     parser.add_argument("limit", nargs="?", type=float)
+    parser.add_argument("total", nargs="?", type=float)
     parser.add_argument("cases", nargs="*", type=Path)
     parser.add_argument("--adapter", type=Path)
     parser.add_argument("--keep", action="store_true")
     parser.add_argument("--names", action="store_true")
     given = parser.parse_args()
     if given.names:
-        print(json.dumps([one.name for one in adapter_engines(given.adapter)]))
+        print("\n" + json.dumps([one.name for one in adapter_engines(given.adapter)]))
     else:
-        work(Task(given.engine, given.adapter, given.folder, given.keep), given.limit, given.cases)
+        work(Task(given.engine, given.adapter, given.folder, given.keep), given.limit, given.total, given.cases)
 
 
 if __name__ == "__main__":

@@ -46,6 +46,8 @@ MODULES: dict[str, str] = {
     "motrixsim-stiff": "motrixsim",
     "drake-sap": "drake",
     "drake-cenic": "drake",
+    "genesis": "genesis",
+    "genesis-default": "genesis",
     "newton-kamino": "newton",
     "newton-xpbd": "newton",
     "pybullet": "pybullet",
