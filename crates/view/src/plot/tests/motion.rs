@@ -30,7 +30,11 @@ fn the_force_on_a_body_is_the_sum_from_both_sides() {
     let counts = [0, 1].map(|body| contacts(&film, body).series[0].values[0]);
     assert_eq!(counts, [3.0, 2.0]);
     // Same result with swapped partners.
-    for contact in film.frames.iter_mut().flat_map(|frame| &mut frame.contacts[1..]) {
+    for contact in film
+        .frames
+        .iter_mut()
+        .flat_map(|frame| &mut std::sync::Arc::make_mut(&mut frame.contacts)[1..])
+    {
         (contact.body, contact.partner) = (0, Partner::Body(1));
         contact.force = -contact.force;
     }
