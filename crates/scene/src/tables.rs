@@ -1,11 +1,12 @@
 //! Tables of a document: the ground, the solver, and the short form of one body.
 
 use crate::bodies::entries::{AttitudeEntry, BodyEntry};
-use crate::choices::{DetectionName, OnFailure, Preset, SolverName, StartFrame};
+use crate::choices::{OnFailure, Preset, SolverName, StartFrame};
 use crate::coefficients::{table, with_coefficients};
 use crate::document::BODY;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
+use tumble_core::contact::Detection;
 use tumble_core::error::Error;
 use tumble_core::mechanics::body::solid_box_inertia;
 use tumble_core::mechanics::load::{Load, Polyline};
@@ -145,7 +146,7 @@ pub struct SolverTable {
     /// Preset of all settings.
     pub preset: Option<Preset>,
     /// Criterion for the points that may touch.
-    pub detection: Option<DetectionName>,
+    pub detection: Option<Detection>,
     /// Tolerance of Ipopt.
     pub tolerance: Option<f64>,
     /// Maximum number of Ipopt's iterations.
