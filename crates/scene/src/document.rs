@@ -4,7 +4,7 @@
 //! *exact form* has one entry for each body, object and joint, and no files, copies or defaults
 //! ([`Document::exact`]). The world is made of it, and it is written as it is.
 
-use super::bodies::build::{BuiltDocument, build};
+use super::bodies::build::build;
 use super::bodies::driven::{DrivenEntry, SurfaceEntry};
 use super::bodies::entries::{ApartEntry, BodyEntry, Files, FixedEntry, PairEntry};
 use super::bodies::gears::GearEntry;
@@ -18,8 +18,6 @@ use super::tables::{BodyTable, GroundTable, LoadTable, SolverTable, StartTable};
 use nalgebra::Vector3;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
-use std::io;
-use std::path::Path;
 use toml::{Table, Value};
 use tumble_core::mechanics::Rotation;
 use tumble_core::world::{Impacts, Integrator};
@@ -97,11 +95,7 @@ with_coefficients!(table, Vec<PairEntry>, Document, "a scenario" {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     terrain: Vec<TerrainEntry>,
     /// Coefficients of friction of single pairs.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    friction: Vec<PairEntry>,
-    /// Coefficients of restitution of single pairs.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    restitution: Vec<PairEntry>,
+    friction: Option<Vec<PairEntry>>,
     /// Pairs that do not collide, in addition to the pairs joined by joints.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     apart: Vec<ApartEntry>,
@@ -167,11 +161,10 @@ impl Document {
     ///
     /// # Errors
     /// The first invalid value.
-    pub fn exact(self) -> Result<Self, Failure> {
+    pub fn exact(mut self) -> Result<Self, Failure> {
         self.check().map_err(Failure::Input)?;
-        let none = |_: &Path, _: u64| Err(io::Error::other("files cannot be read here"));
-        let files = Files { folder: Path::new(""), read: &none };
-        build(self, files).map(|BuiltDocument { document, .. }| document).map_err(Failure::Input)
+        let built = build(&mut self, Files::none()).map_err(Failure::Input)?;
+        Ok(built.document)
     }
 
     /// Rejects flags of contact for a body that floats.

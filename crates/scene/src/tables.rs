@@ -5,7 +5,7 @@ use crate::choices::{OnFailure, Preset, SolverName, StartFrame};
 use crate::coefficients::{table, with_coefficients};
 use crate::document::BODY;
 use nalgebra::{Matrix3, Vector3};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use tumble_core::contact::Detection;
 use tumble_core::error::Error;
 use tumble_core::mechanics::body::solid_box_inertia;
@@ -68,11 +68,11 @@ pub enum SolidInertia {
 
 with_coefficients!(table, f64, GroundTable, "a table [ground]" {
     /// Coefficient of friction.
-    friction: f64,
+    #[serde(deserialize_with = "given")]
+    #[cfg_attr(feature = "schema", schemars(required))]
+    friction: Option<f64>,
     /// Largest slip with static friction (m/s), or its share over the slip.
     stick_speed: Option<StickSpeed>,
-    /// Coefficient of restitution.
-    restitution: Option<f64>,
     /// Speed below which approaches do not bounce (m/s).
     rebound_speed: Option<f64>,
     /// Angle by which the plane descends towards +x (degrees).
@@ -157,6 +157,11 @@ pub struct SolverTable {
     pub on_failure: Option<OnFailure>,
 }
 
+/// Reads a field that is required.
+fn given<'de, D: Deserializer<'de>>(reader: D) -> Result<Option<f64>, D::Error> {
+    f64::deserialize(reader).map(Some)
+}
+
 fn vector(numbers: Numbers<3>) -> Vector3<f64> {
     numbers.0.into()
 }
@@ -228,7 +233,7 @@ impl BodyTable {
 impl GroundTable {
     /// Table of a world without a ground.
     pub fn none() -> Self {
-        Self { none: Some(true), ..Self::default() }
+        Self { friction: Some(0.0), none: Some(true), ..Self::default() }
     }
 
     /// Sets the plane of the ground in numbers; `None` for no ground.

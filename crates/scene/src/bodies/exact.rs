@@ -74,7 +74,7 @@ impl Document {
 
     /// Coefficient of friction of the ground.
     pub fn friction_of_ground(&self) -> f64 {
-        self.ground.as_ref().map_or(0.0, |ground| ground.friction)
+        self.ground.as_ref().and_then(|ground| ground.friction).unwrap_or(0.0)
     }
 
     /// Number of fixed pieces.
@@ -293,9 +293,6 @@ impl Document {
             looks.for_each(|body| body.look = heir.name.clone().map(LookValue::Of));
         }
         let stays = |between: &Exactly<String, 2>| between.0.iter().all(|body| body != name);
-        for pairs in [&mut self.friction, &mut self.restitution] {
-            pairs.retain(|pair| stays(&pair.between));
-        }
         for law in Coefficient::ALL {
             if let Some(pairs) = self.coefficient_mut(law) {
                 pairs.retain(|pair| stays(&pair.between));
@@ -353,31 +350,15 @@ impl Document {
         }
     }
 
-    /// Sets the coefficient of friction of everything, moving or not.
-    pub fn set_friction(&mut self, friction: f64) {
+    /// Sets a coefficient of everything, moving or not; `None` for the defaults.
+    pub fn set_coefficient(&mut self, of: Coefficient, value: Option<f64>) {
         if let Some(ground) = &mut self.ground {
-            (ground.friction, ground.static_friction) = (friction, None);
+            *ground.coefficient_mut(of) = value;
         }
-        for body in &mut self.bodies {
-            (body.friction, body.static_friction) = (None, None);
-        }
-        for fixed in &mut self.fixed {
-            (fixed.friction, fixed.static_friction) = (None, None);
-        }
-        for terrain in &mut self.terrain {
-            (terrain.friction, terrain.static_friction) = (None, None);
-        }
-        self.friction.clear();
-        self.static_friction = None;
-    }
-
-    /// Sets the coefficient of restitution of everything.
-    pub fn set_restitution(&mut self, restitution: f64) {
-        if let Some(ground) = &mut self.ground {
-            ground.restitution = Some(restitution);
-        }
-        self.bodies.iter_mut().for_each(|body| body.restitution = None);
-        self.restitution.clear();
+        self.bodies.iter_mut().for_each(|body| *body.coefficient_mut(of) = None);
+        self.fixed.iter_mut().for_each(|fixed| *fixed.coefficient_mut(of) = None);
+        self.terrain.iter_mut().for_each(|terrain| *terrain.coefficient_mut(of) = None);
+        *self.coefficient_mut(of) = None;
     }
 
     /// Sets the external `loads`, one per body.
@@ -521,15 +502,7 @@ impl BodyEntry {
     /// # Errors
     /// The errors of the core for invalid properties.
     pub fn rigid_body(&self, shape: &BodyShape) -> Result<RigidBody, Error> {
-        let body = shape.body(self.mass(), self.inertia(), &self.centre())?;
-        let body = match self.friction {
-            Some(friction) => body.with_friction(friction)?,
-            None => body,
-        };
-        match self.restitution {
-            Some(restitution) => body.with_restitution(restitution),
-            None => Ok(body),
-        }
+        shape.body(self.mass(), self.inertia(), &self.centre())
     }
 
     /// Name of the body that has its shape in numbers.
@@ -537,11 +510,10 @@ impl BodyEntry {
         self.shape.as_deref().or(self.name.as_deref())
     }
 
-    /// True if both have the same shape, mass properties and coefficients.
+    /// True if both have the same shape and mass properties.
     pub fn is_like(&self, other: &Self) -> bool {
         self.mass == other.mass
-            && (self.centre, self.friction) == (other.centre, other.friction)
-            && self.restitution == other.restitution
+            && self.centre == other.centre
             && self.inertia == other.inertia
             && self.shape_owner() == other.shape_owner()
     }
