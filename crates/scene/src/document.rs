@@ -4,17 +4,17 @@
 //! *exact form* has one entry for each body, object and joint, and no files, copies or defaults
 //! ([`Document::exact`]). The world is made of it, and it is written as it is.
 
-use super::bodies::build::build;
 use super::bodies::driven::{DrivenEntry, SurfaceEntry};
-use super::bodies::entries::{ApartEntry, BodyEntry, Files, FixedEntry, PairEntry};
+use super::bodies::entries::{ApartEntry, BodyEntry, FixedEntry, PairEntry};
 use super::bodies::gears::GearEntry;
 use super::bodies::joints::{JointEntry, MotorEntry};
 use super::bodies::terrain::TerrainEntry;
 use super::choices::SolverName;
 use super::coefficients::{table, with_coefficients};
 use super::overrides::FieldOverride;
-use super::robots::entry::RobotEntry;
-use super::tables::{BodyTable, GroundTable, LoadTable, SolverTable, StartTable};
+use super::robots::table::RobotEntry;
+use super::short_form::{BodyTable, StartTable};
+use super::tables::{GroundTable, LoadTable, SolverTable};
 use nalgebra::Vector3;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -29,9 +29,6 @@ pub const USUAL_SEED: u32 = 42;
 
 /// Largest start index k. The times k h of all later steps are still distinct doubles.
 pub const LARGEST_START: u64 = 9_000_000_000_000_000;
-
-/// Name of the body of the short form, and its place in error messages.
-pub const BODY: &str = "body";
 
 /// Fields of a floating body, which has no contact, that flags can set.
 const OF_FLOATING: [&str; 5] = ["steps", "start_index", "seed", "time_step", "gravity"];
@@ -157,16 +154,6 @@ impl Document {
         Ok((document, changed))
     }
 
-    /// Exact form of a document without files.
-    ///
-    /// # Errors
-    /// The first invalid value.
-    pub fn exact(mut self) -> Result<Self, Failure> {
-        self.check().map_err(Failure::Input)?;
-        let built = build(&mut self, Files::none()).map_err(Failure::Input)?;
-        Ok(built.document)
-    }
-
     /// Rejects flags of contact for a body that floats.
     fn refuse_contact(&self, overrides: &[FieldOverride]) -> Result<(), Failure> {
         let mut flags = overrides.iter().filter(|field| field.label().is_some());
@@ -230,7 +217,7 @@ impl Document {
     }
 
     /// Rejects missing tables and tables without effect.
-    fn check(&self) -> Result<(), String> {
+    pub(crate) fn check(&self) -> Result<(), String> {
         let (no_body, no_ground) = (self.body.is_none(), self.ground.is_none());
         let others = [
             ("[[bodies]]", !self.bodies.is_empty()),

@@ -1,9 +1,7 @@
-//! Tables of a document: the ground, the solver, and the short form of one body.
+//! Tables of a document: the ground, the solver, loads and inertias.
 
-use crate::bodies::entries::{AttitudeEntry, BodyEntry};
-use crate::choices::{OnFailure, Preset, SolverName, StartFrame};
+use crate::choices::{OnFailure, Preset, SolverName};
 use crate::coefficients::{table, with_coefficients};
-use crate::document::BODY;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Deserializer, Serialize};
 use tumble_core::contact::Detection;
@@ -12,24 +10,6 @@ use tumble_core::mechanics::body::solid_box_inertia;
 use tumble_core::mechanics::load::{Load, Polyline};
 use tumble_core::world::{Plane, StickSpeed};
 use tumble_model::fields::{Exactly, Numbers, matrix, numbers};
-
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(expecting = "a table [body]")]
-#[serde(deny_unknown_fields)]
-pub struct BodyTable {
-    /// Sides of a box (m): one number, a cube, or three.
-    #[serde(rename = "box")]
-    sides: Option<Sides>,
-    /// Points that can touch (m), body frame.
-    points: Option<Vec<Numbers<3>>>,
-    /// True for one point in the centre of mass.
-    point_mass: Option<bool>,
-    /// Mass (kg).
-    mass: f64,
-    /// Inertia (kg m²), body frame.
-    inertia: Option<InertiaValue>,
-}
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -84,23 +64,6 @@ with_coefficients!(table, f64, GroundTable, "a table [ground]" {
     /// True for a world without a ground.
     none: Option<bool>,
 });
-
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(expecting = "a table [start]")]
-#[serde(deny_unknown_fields)]
-pub struct StartTable {
-    /// Position of the centre of mass (m).
-    position: Numbers<3>,
-    /// Attitude.
-    attitude: Option<AttitudeEntry>,
-    /// Velocity of the centre of mass (m/s).
-    velocity: Option<Numbers<3>>,
-    /// Angular velocity (rad/s), body frame.
-    spin: Option<Numbers<3>>,
-    /// Frame of position, attitude and velocity.
-    frame: Option<StartFrame>,
-}
 
 /// Random attitude.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -194,38 +157,6 @@ impl InertiaValue {
             Self::Moment(moment) => Some(Matrix3::from_diagonal_element(*moment)),
             Self::Diagonal(moments) => Some(Matrix3::from_diagonal(&vector(*moments))),
             Self::Rows(rows) => Some(matrix(rows)),
-        }
-    }
-}
-
-impl BodyTable {
-    /// Entry of `[[bodies]]` with the content of these tables.
-    pub fn entry(self, start: StartTable, load: Option<LoadTable>) -> BodyEntry {
-        let sides = self.sides.as_ref().map(Sides::vector);
-        let inertia = match &sides {
-            Some(sides) => {
-                let given = self.inertia.unwrap_or(InertiaValue::Word(SolidInertia::Solid));
-                Some(given.for_box(self.mass, sides))
-            }
-            None => self.inertia,
-        };
-        BodyEntry {
-            name: Some(BODY.to_owned()),
-            cuboid: sides.map(|sides| Sides::Box(numbers(&sides))),
-            points: self.points,
-            point_mass: self.point_mass,
-            mass: Some(self.mass),
-            inertia,
-            load,
-            position: start.position,
-            attitude: start.attitude.map(|attitude| match attitude {
-                AttitudeEntry::Word(_) => AttitudeEntry::Word(Random::Tutorial),
-                given => given,
-            }),
-            velocity: start.velocity,
-            spin: start.spin,
-            frame: start.frame,
-            ..BodyEntry::default()
         }
     }
 }

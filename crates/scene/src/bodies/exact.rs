@@ -1,5 +1,6 @@
 //! Documents in exact form: one entry for each body, object and joint, with all numbers.
 
+use super::drawn::state_at;
 use super::entries::{AttitudeEntry, BodyEntry, FixedEntry, LookValue, PieceEntry, plain};
 use super::gears::GearEntry;
 use super::joints::{JointEntry, MotorEntry};
@@ -15,10 +16,15 @@ use tumble_core::contact::{Partner, Plane};
 use tumble_core::error::Error;
 use tumble_core::joint::{Drive, Gear, GearAxis, Knots, Motor};
 use tumble_core::mechanics::{Load, RigidBody, State};
+use tumble_core::simulation::random::Draws;
 use tumble_core::world::Coefficient;
 use tumble_model::failure::Failure;
 use tumble_model::fields::{Exactly, numbers};
 use tumble_model::joint::JointKind;
+
+/// Relative tolerance between a stored start and the same draw computed again, possibly on another
+/// machine.
+const SAME: f64 = 1e-12;
 
 /// Owner of a surface, by the indices of the entries. Pieces of fixed objects are counted one by one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -378,6 +384,39 @@ impl Document {
             entry.set_frame(Place::from_frame(&knots.at(time)));
         }
         Ok(())
+    }
+
+    /// True if a start depends on the seed.
+    pub fn is_drawn(&self) -> bool {
+        self.bodies.iter().any(|body| body.drawn.is_some())
+    }
+
+    /// Name of the first body whose start differs from the draw of `seed`.
+    pub fn seed_mismatch(&self, seed: u32) -> Option<&str> {
+        let mut draws = Draws::new(seed);
+        let ground = self.plane().ok().flatten();
+        let body = self.bodies.iter().find(|body| {
+            let Some(drawn) = &body.drawn else { return false };
+            let still = Vector3::zeros();
+            let ground = ground.as_ref().filter(|_| drawn.ground);
+            let found = state_at(ground, &drawn.place(&mut draws), still, still, &body.centre());
+            let start = body.start();
+            let off = (found.position - start.position).amax();
+            let turned = (found.attitude - start.attitude).amax();
+            // Written so that a NaN counts as a difference.
+            let is_there = off <= SAME * (1.0 + start.position.amax()) && turned <= SAME;
+            !is_there
+        });
+        body.map(|body| body.name())
+    }
+
+    /// Removes the descriptions of the random starts unless all starts equal the draws of `seed`.
+    ///
+    /// They differ after a body was removed or a state was set.
+    pub fn drop_draws_unless_from(&mut self, seed: u32) {
+        if self.seed_mismatch(seed).is_some() {
+            self.bodies.iter_mut().for_each(|body| body.drawn = None);
+        }
     }
 
     /// Places of the names of bodies, fixed objects, terrains and joints.

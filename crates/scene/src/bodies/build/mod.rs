@@ -15,26 +15,26 @@ use super::entries::{
 use super::exact::Owner;
 use super::gears::{GearEntry, MOST_GEARS};
 use super::joints::{JointEntry, MotorEntry};
-use super::masses::{HEAVIEST_PART, MILLIMETRES, mass_properties, size_of_large_part};
+use super::masses::{HEAVIEST_PART, MILLIMETRES, mass_properties, size_of_large_part, with_field};
 use super::terrain::TerrainEntry;
 use crate::bodies::place::Place;
 use crate::bodies::shape::BodyShape;
 use crate::choices::StartFrame;
 use crate::coefficients::Each;
-use crate::document::{BODY, Document, USUAL_SEED};
+use crate::document::{Document, USUAL_SEED};
 use crate::robots::Assembled;
+use crate::short_form::BODY;
 use crate::tables::Random;
 use nalgebra::Vector3;
 use names::Named;
 use std::collections::BTreeMap;
 use std::mem::take;
 use tumble_core::contact::Plane;
-use tumble_core::error::Error;
 use tumble_core::mechanics::State;
 use tumble_core::simulation::random::Draws;
 use tumble_core::world::{Coefficient, Impacts};
 use tumble_decompose::DecompositionSettings;
-use tumble_model::failure::field_of;
+use tumble_model::failure::Failure;
 use tumble_model::fields::{Gravity, numbers};
 use tumble_model::shown::{self, checked_name};
 
@@ -130,6 +130,18 @@ pub fn build(file: &mut Document, files: Files<'_>) -> Result<BuiltDocument, Str
     builder.refuse_large_looks()?;
     let Builder { document, drawn, notes, .. } = builder;
     Ok(BuiltDocument { document, drawn, robots, notes })
+}
+
+impl Document {
+    /// Exact form of a document without files.
+    ///
+    /// # Errors
+    /// The first invalid value.
+    pub fn exact(mut self) -> Result<Self, Failure> {
+        self.check().map_err(Failure::Input)?;
+        let built = build(&mut self, Files::none()).map_err(Failure::Input)?;
+        Ok(built.document)
+    }
 }
 
 /// Adds the body described by a table at the end of a `document` in exact form.
@@ -674,8 +686,3 @@ const NO_PIECES: &str = "decompose: it has no meaning with pieces or points; lea
 
 const ONE_SHAPE_OF_A_BODY: &str = "one shape is needed: box, sphere, capsule, cylinder, cone, ellipsoid, hull, mesh, pieces, \
      points or point_mass = true";
-
-/// Error of the core with the field that causes it.
-pub fn with_field(error: &Error) -> String {
-    format!("{}: {error}", field_of(error).unwrap_or("shape"))
-}
