@@ -31,9 +31,9 @@ impl World {
     /// # Errors
     /// [`Error::OutOfRange`] if it is above [`Coefficient::largest`] or negative, or if a static one is below
     /// the world's coefficient of friction.
-    pub fn with_coefficient(mut self, of: Coefficient, value: f64) -> Result<Self, Error> {
-        let value = checked(of, value, self.friction())?;
-        self.coefficients[of as usize].of_world = Some(value);
+    pub fn with_coefficient(mut self, law: Coefficient, value: f64) -> Result<Self, Error> {
+        let value = checked(law, value, self.friction())?;
+        self.coefficients[law as usize].of_world = Some(value);
         self.parameters.friction = self.friction();
         Ok(self)
     }
@@ -45,14 +45,14 @@ impl World {
     /// the owner's coefficient of friction; [`Error::Count`] if the owner does not exist or is the ground.
     pub fn with_coefficient_of(
         mut self,
-        of: Coefficient,
+        law: Coefficient,
         owner: Partner,
         value: f64,
     ) -> Result<Self, Error> {
         self.check_owner("owner of a coefficient", owner)?;
         let kinetic = self.coefficients[Coefficient::Friction as usize].own(owner);
-        let value = checked(of, value, kinetic.map_or(self.friction(), |(_, friction)| friction))?;
-        set(&mut self.coefficients[of as usize].of_owners, owner, value);
+        let value = checked(law, value, kinetic.map_or(self.friction(), |(_, friction)| friction))?;
+        set(&mut self.coefficients[law as usize].of_owners, owner, value);
         Ok(self)
     }
 
@@ -65,14 +65,14 @@ impl World {
     /// both are the same body.
     pub fn with_coefficient_between(
         mut self,
-        of: Coefficient,
+        law: Coefficient,
         body: usize,
         partner: Partner,
         value: f64,
     ) -> Result<Self, Error> {
         self.check_pair("pair with a coefficient", body, partner)?;
-        let value = checked(of, value, self.friction_between(body, partner))?;
-        set(&mut self.coefficients[of as usize].of_pairs, ordered(body, partner), value);
+        let value = checked(law, value, self.friction_between(body, partner))?;
+        set(&mut self.coefficients[law as usize].of_pairs, ordered(body, partner), value);
         Ok(self)
     }
 
@@ -83,30 +83,30 @@ impl World {
         constant: super::Constant,
         index: usize,
     ) -> Option<(Partner, Option<Partner>)> {
-        let (of, range) = constant.numbers(self)?;
-        self.coefficients(of).owner(range.start + index)
+        let (law, range) = constant.numbers(self)?;
+        self.coefficients(law).owner(range.start + index)
     }
 
     #[inline]
-    pub(super) fn coefficients(&self, of: Coefficient) -> &Coefficients {
-        &self.coefficients[of as usize]
+    pub(super) fn coefficients(&self, law: Coefficient) -> &Coefficients {
+        &self.coefficients[law as usize]
     }
 
     /// True if the world, an owner or a pair has a coefficient.
     #[inline]
-    pub(super) fn has(&self, of: Coefficient) -> bool {
-        self.coefficients(of).len() > 0
+    pub(super) fn has(&self, law: Coefficient) -> bool {
+        self.coefficients(law).len() > 0
     }
 
     /// Numbers of both owners; twice that of the pair, if it has its own.
     #[inline]
     pub(super) fn numbers_between(
         &self,
-        of: Coefficient,
+        law: Coefficient,
         body: usize,
         partner: Partner,
     ) -> [Option<Indexed>; 2] {
-        let all = self.coefficients(of);
+        let all = self.coefficients(law);
         match all.between(body, partner) {
             None => [Partner::Body(body), partner].map(|owner| all.own(owner).or(all.world())),
             pair => [pair; 2],
@@ -115,20 +115,20 @@ impl World {
 
     /// Coefficient of a pair; 0 if there is none.
     #[inline]
-    fn coefficient_between(&self, of: Coefficient, body: usize, partner: Partner) -> f64 {
+    fn coefficient_between(&self, law: Coefficient, body: usize, partner: Partner) -> f64 {
         let number = |number: Option<Indexed>| number.map_or(0.0, |(_, value)| value);
-        let [a, b] = self.numbers_between(of, body, partner).map(number);
-        of.combined(a, b)
+        let [a, b] = self.numbers_between(law, body, partner).map(number);
+        law.combined(a, b)
     }
 
     /// Number of the pair, or the larger one of both, and its index; `None` if there is none.
     pub(crate) fn larger_between(
         &self,
-        of: Coefficient,
+        law: Coefficient,
         body: usize,
         partner: Partner,
     ) -> Option<Indexed> {
-        let both = self.numbers_between(of, body, partner).into_iter().flatten();
+        let both = self.numbers_between(law, body, partner).into_iter().flatten();
         both.reduce(|a, b| if b.1 > a.1 { b } else { a })
     }
 
@@ -150,10 +150,10 @@ impl World {
         if !self.has_turning_friction() {
             return TurningFriction::NONE;
         }
-        let of = |turning| self.coefficient_between(turning, body, partner);
+        let law = |turning| self.coefficient_between(turning, body, partner);
         TurningFriction {
-            rolling: of(Coefficient::RollingFriction),
-            torsional: of(Coefficient::TorsionalFriction),
+            rolling: law(Coefficient::RollingFriction),
+            torsional: law(Coefficient::TorsionalFriction),
         }
     }
 
@@ -196,7 +196,7 @@ impl World {
 
     /// Own coefficients of a body or fixed collider.
     pub fn coefficients_of(&self, owner: Partner) -> Vec<(Coefficient, f64)> {
-        let own = |of| Some((of, self.coefficients(of).own(owner)?.1));
+        let own = |law| Some((law, self.coefficients(law).own(owner)?.1));
         Coefficient::ALL.into_iter().filter_map(own).collect()
     }
 
@@ -253,21 +253,21 @@ impl World {
 }
 
 /// Checks a coefficient. `kinetic` is the coefficient of friction of the same owner or pair.
-pub(super) fn checked(of: Coefficient, value: f64, kinetic: f64) -> Result<f64, Error> {
-    if of == Coefficient::StaticFriction && kinetic > 0.0 {
-        return in_range(of.quantity(), value, kinetic, 10.0, "the coefficient of friction to 10");
+pub(super) fn checked(law: Coefficient, value: f64, kinetic: f64) -> Result<f64, Error> {
+    if law == Coefficient::StaticFriction && kinetic > 0.0 {
+        return in_range(law.quantity(), value, kinetic, 10.0, "the coefficient of friction to 10");
     }
-    let allowed = match of {
+    let allowed = match law {
         Coefficient::Adhesion => "0 to 1e9",
         Coefficient::Restitution => "0 to 1",
         _ => "0 to 10",
     };
-    in_range(of.quantity(), value, 0.0, of.largest(), allowed)
+    in_range(law.quantity(), value, 0.0, law.largest(), allowed)
 }
 
 impl Coefficients {
     /// Coefficients with this one of the world alone.
-    pub(super) fn of_world(value: f64) -> Self {
+    pub(super) fn for_world(value: f64) -> Self {
         Self { of_world: Some(value), ..Self::default() }
     }
 
@@ -343,9 +343,9 @@ impl Coefficients {
         pair: impl Fn(&(usize, Partner)) -> Option<(usize, Partner)>,
     ) -> Self {
         let owners = self.of_owners.iter();
-        let of_owners = owners.filter_map(|(of, value)| Some((owner(*of)?, *value))).collect();
+        let of_owners = owners.filter_map(|(law, value)| Some((owner(*law)?, *value))).collect();
         let pairs = self.of_pairs.iter();
-        let of_pairs = pairs.filter_map(|(of, value)| Some((pair(of)?, *value))).collect();
+        let of_pairs = pairs.filter_map(|(law, value)| Some((pair(law)?, *value))).collect();
         Self { of_world: self.of_world, of_owners, of_pairs }
     }
 }

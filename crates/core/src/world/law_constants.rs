@@ -35,9 +35,9 @@ impl World {
     ///
     /// It is 1 if both are the same number, and 0 with respect to a number that is 0.
     pub(crate) fn law_slopes(&self, body: usize, partner: Partner, share: f64) -> [LawSlopes; 3] {
-        let slots = |of| {
-            let numbers = self.numbers_between(of, body, partner);
-            numbers.map(|number| self.slot(of, number.unwrap_or_default()))
+        let slots = |law| {
+            let numbers = self.numbers_between(law, body, partner);
+            numbers.map(|number| self.slot(law, number.unwrap_or_default()))
         };
         let kinetic = slots(Coefficient::Friction);
         let of_static = match self.pair_static(body, partner) {
@@ -45,18 +45,19 @@ impl World {
             Some(pair) => [pair; 2],
             None => [Partner::Body(body), partner].map(|owner| self.own_static(owner)),
         };
-        let shared = |of, share: f64| mean_slopes(of).map(|(of, k, slope)| (of, k, share * slope));
+        let shared =
+            |law, share: f64| mean_slopes(law).map(|(law, k, slope)| (law, k, share * slope));
         let restitution = mean_slopes(slots(Coefficient::Restitution));
         [shared(kinetic, 1.0 - share), shared(of_static, share), restitution]
     }
 
     /// Place of a number of a coefficient among the constants.
-    pub(super) fn slot(&self, of: Coefficient, (index, value): Indexed) -> Slot {
-        let ends = self.coefficients(of).ends();
-        let mut parts = PARTS.iter().filter(|(_, known, _)| *known == of);
+    pub(super) fn slot(&self, law: Coefficient, (index, value): Indexed) -> Slot {
+        let ends = self.coefficients(law).ends();
+        let mut parts = PARTS.iter().filter(|(_, known, _)| *known == law);
         match parts.find(|(.., part)| index < ends[*part]) {
             Some((constant, _, part)) => (*constant, index - start(&ends, *part), value),
-            None => (Constant::Coefficient(of), index, value),
+            None => (Constant::Coefficient(law), index, value),
         }
     }
 
@@ -66,10 +67,10 @@ impl World {
             if *constant == Constant::FrictionFactor {
                 self.set_friction_factors(numbers)?;
             }
-            let Some((of, range)) = constant.numbers(self) else { continue };
-            let all = self.coefficients[of as usize].values_mut();
+            let Some((law, range)) = constant.numbers(self) else { continue };
+            let all = self.coefficients[law as usize].values_mut();
             for (own, number) in all.skip(range.start).zip(*numbers) {
-                *own = checked(of, *number, 0.0)?;
+                *own = checked(law, *number, 0.0)?;
             }
         }
         self.parameters.friction = self.friction();
@@ -99,20 +100,20 @@ impl Constant {
 
     /// Coefficient whose numbers the constant has, and their indices.
     pub(super) fn numbers(self, world: &World) -> Option<(Coefficient, Range<usize>)> {
-        if let Self::Coefficient(of) = self {
-            return Some((of, 0..world.coefficients(of).len()));
+        if let Self::Coefficient(law) = self {
+            return Some((law, 0..world.coefficients(law).len()));
         }
-        let (_, of, part) = PARTS.into_iter().find(|(known, ..)| *known == self)?;
-        let ends = world.coefficients(of).ends();
-        Some((of, start(&ends, part)..ends[part]))
+        let (_, law, part) = PARTS.into_iter().find(|(known, ..)| *known == self)?;
+        let ends = world.coefficients(law).ends();
+        Some((law, start(&ends, part)..ends[part]))
     }
 
     /// Values of a contact-law constant.
     pub(super) fn law_values(self, world: &World) -> Vec<f64> {
-        let Some((of, range)) = self.numbers(world) else {
+        let Some((law, range)) = self.numbers(world) else {
             return world.friction_axes().iter().map(|(_, axis)| axis.factor).collect();
         };
-        world.coefficients(of).values().skip(range.start).take(range.len()).collect()
+        world.coefficients(law).values().skip(range.start).take(range.len()).collect()
     }
 
     /// Number of values of a contact-law constant.

@@ -222,8 +222,8 @@ impl World {
     /// World of these bodies alone.
     fn from_parameters(parameters: Parameters, reach: f64, speed_scale: f64) -> Self {
         let mut coefficients = LawCoefficients::default();
-        coefficients[Coefficient::Friction as usize] = Coefficients::of_world(parameters.friction);
-        coefficients[Coefficient::Restitution as usize] = Coefficients::of_world(0.0);
+        coefficients[Coefficient::Friction as usize] = Coefficients::for_world(parameters.friction);
+        coefficients[Coefficient::Restitution as usize] = Coefficients::for_world(0.0);
         Self {
             integrator: Integrator::usual(parameters.rotation),
             parameters,
