@@ -88,8 +88,8 @@ pub use tumble_core::step::{
     ContactForce, IslandSolver, Step, StepReport, StepSolution, StepSolver, StepStatus,
 };
 pub use tumble_core::world::{
-    Coefficient, Constant, ContactLaw, Fixed, Groups, Integrator, Parameters, Partner, Plane,
-    StickSpeed, Touching, TurningFriction, World,
+    Coefficient, Constant, ContactLaw, Groups, Integrator, Parameters, Partner, Plane, StickSpeed,
+    Touching, TurningFriction, World,
 };
 
 pub mod problem;

@@ -10,7 +10,6 @@ use super::recording::{Recording, run_file};
 use super::results::{RunResults, UNFINISHED};
 use super::scene::{Scene, on_threads};
 use super::writer::Written;
-use clap::ValueEnum;
 use std::io;
 use std::path::{Path, PathBuf};
 use tumble_core::mechanics;
@@ -18,12 +17,9 @@ use tumble_core::simulation::Simulation;
 use tumble_core::simulation::save::{Saved, from_bytes};
 use tumble_core::step::StepStatus;
 use tumble_model::shown;
-use tumble_scene::choices::{DetectionName, OnFailure, Preset, SolverName};
 use tumble_scene::output::tables::Table;
 use tumble_scene::row_selection::RowSelection;
-use tumble_scene::run_file::{RunFile, SolverSettings};
-use tumble_scene::solver_choice::SolverChoice;
-use tumble_scene::solver_choice::SolverTable;
+use tumble_scene::run_file::RunFile;
 
 /// Largest accepted state, bytes: a thousand times the state of the largest scenes.
 const LARGEST_STATE: u64 = 1 << 32;
@@ -188,7 +184,7 @@ fn check_rows(path: &Path, run: RunFile, saved: &Saved) -> Result<(), Failure> {
 
 /// Scene of a run, as far as a continuation needs it.
 pub fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
-    let (document, contact) = (run.model.clone(), contact_of(&run.solver)?);
+    let (document, contact) = (run.model.clone(), run.solver.choice()?);
     let world = document.world()?;
     Ok(Scene {
         changed: run.changed.clone(),
@@ -200,38 +196,4 @@ pub fn scene_of(run: &RunFile) -> Result<Scene, Failure> {
         trajectory: run.trajectory,
         ..Scene::from_document(run.scene.clone(), document, world, contact)?
     })
-}
-
-/// Solver settings of a run; `None` for a floating body.
-pub fn contact_of(solver: &SolverSettings) -> Result<Option<SolverChoice>, Failure> {
-    if solver.name == "rk4" {
-        return Ok(None);
-    }
-    let preset = word::<Preset>("preset", solver.preset.as_ref())?;
-    let settings = match preset {
-        Some(_) => SolverTable { preset, ..SolverTable::default() },
-        None => SolverTable {
-            name: word::<SolverName>("name", Some(&solver.name))?,
-            detection: word::<DetectionName>("detection", solver.detection.as_ref())?,
-            on_failure: word::<OnFailure>("on_failure", solver.on_failure.as_ref())?,
-            tolerance: solver.tol,
-            max_iterations: solver.max_iter,
-            residual: solver.residual,
-            preset: None,
-        },
-    };
-    SolverChoice::new(&settings).map(Some)
-}
-
-/// Parses a choice in a field of the solver's settings.
-fn word<T: ValueEnum>(field: &str, word: Option<&String>) -> Result<Option<T>, Failure> {
-    let choice = |word: &String| {
-        T::from_str(word, false).map_err(|_| {
-            let words = T::value_variants().iter().filter_map(ValueEnum::to_possible_value);
-            let words: Vec<_> = words.map(|word| word.get_name().to_owned()).collect();
-            let why = format!("{} is not one of {}", shown::line(word), words.join(", "));
-            Failure::Input(format!("solver.{field}: {why}"))
-        })
-    };
-    word.map(choice).transpose()
 }

@@ -34,7 +34,7 @@ impl Live {
     /// native solver.
     pub fn new(args: &SimulateArgs, scene: Scene, end: &Arc<AtomicBool>) -> Result<Self, Failure> {
         check(args)?;
-        let is_named_by_file = args.setup.scene.path().is_some();
+        let is_named_by_file = args.setup.scene.file.is_some();
         let scene = if is_named_by_file { scene } else { scene.with_native_solver() };
         let program = Program::from_scene(scene, Arc::clone(end));
         let program = program.map_err(|why| Failure::Input(format!("--live: {why}")))?;

@@ -21,7 +21,7 @@ pub fn from_args(args: &SetupArgs) -> Result<Scene, Failure> {
 /// Creates and checks the scene with more fields, which are set last.
 pub fn from_fields(args: &SetupArgs, more: &[FieldOverride]) -> Result<Scene, Failure> {
     let overrides = [&args.overrides()?[..], more].concat();
-    let scene = match args.scene.path() {
+    let scene = match &args.scene.file {
         None => {
             let name = args.scene.tutorial.unwrap_or(SceneName::Drop);
             Scene::from_tutorial(name, &overrides, &args.robot).map_err(Failure::as_flag)?

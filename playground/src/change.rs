@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 use std::path::Path;
 use tumble_core::mechanics::{Load, RigidBody};
-use tumble_core::world::Integrator;
+use tumble_core::world::{Coefficient, Integrator};
 use tumble_model::failure::Failure;
 use tumble_scene::scene::Scene;
 
@@ -103,10 +103,11 @@ fn changed(mut scene: Scene, change: Change) -> Result<Scene, Failure> {
     let document = &mut scene.document;
     match change {
         Change::Friction(friction) => {
-            document.set_friction(friction);
+            document.set_coefficient(Coefficient::Friction, Some(friction));
+            document.set_coefficient(Coefficient::StaticFriction, None);
         }
         Change::Restitution(restitution) => {
-            document.set_restitution(restitution);
+            document.set_coefficient(Coefficient::Restitution, Some(restitution));
         }
         Change::Gravity { size, slope } => {
             let slope = slope.to_radians();

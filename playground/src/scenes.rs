@@ -1,12 +1,12 @@
 //! Scenes of the page, and the files that they read.
 
-use std::fmt::Write as _;
 use std::io;
 use std::path::{Component, Path, PathBuf};
 use tumble_core::contact::Detection;
 use tumble_model::failure::Failure;
 use tumble_scene::run_file;
 use tumble_scene::scene::Scene;
+use tumble_scene::solver_choice::SolverTable;
 use tumble_scene::written;
 
 /// A scene of the page.
@@ -53,16 +53,14 @@ pub fn read(text: &str) -> Result<Scene, Failure> {
 /// # Errors
 /// A scene that no text can hold.
 pub fn text(scene: &Scene) -> Result<String, Failure> {
-    let mut text = written::text(scene)?;
-    let Some(contact) = &scene.contact else { return Ok(text) };
-    let residual = contact.residual().map(|residual| format!("residual = {residual:?}\n"));
-    let detection = Some(contact.detection).filter(|detection| *detection != Detection::default());
-    let detection = detection.map(|detection| format!("detection = \"{}\"\n", detection.name()));
-    let settings: String = [residual, detection].into_iter().flatten().collect();
-    if !settings.is_empty() {
-        let _ = write!(text, "\n[solver]\nname = \"native\"\n{settings}");
+    let mut scene = scene.clone();
+    if let Some(contact) = &scene.contact {
+        let detection = Some(contact.detection).filter(|of| *of != Detection::default());
+        let settings =
+            SolverTable { detection, residual: contact.residual(), ..SolverTable::default() };
+        scene.document.solver = Some(settings).filter(|of| *of != SolverTable::default());
     }
-    Ok(text)
+    written::text(&scene)
 }
 
 /// Content of a file of the page.

@@ -317,7 +317,7 @@ def test_the_command_line_takes_runs_of_one_body(tumbled, tmp_path, text):
     )
     run = scene.run(150)
     scene.save(tmp_path / "scene.toml")
-    expected = tumbled("line", "--scenario", str(tmp_path / "scene.toml"))
+    expected = tumbled("line", str(tmp_path / "scene.toml"))
     for name, part, start in [("all", run, 0), ("part", run[60:120], 60)]:
         folder = tmp_path / name
         assert [file.name for file in part.to_csv(folder, all_contacts=True)][-2:] == ["steps.csv", "run.json"]

@@ -26,7 +26,7 @@ const LAYERS: [&str; 16] = [
 
 /// Known circles of imports: a crate, and modules that import each other. A circle may lose modules,
 /// and none may come. A module may import the ones that contain it.
-const CIRCLES: [(&str, &[&str]); 6] = [
+const CIRCLES: [(&str, &[&str]); 5] = [
     (
         "crates/core/src",
         &[
@@ -53,31 +53,6 @@ const CIRCLES: [(&str, &[&str]); 6] = [
             "simulation::replacement",
             "simulation::rest",
             "simulation::workspace",
-        ],
-    ),
-    (
-        "crates/scene/src",
-        &[
-            "bodies",
-            "bodies::build",
-            "bodies::build::names",
-            "bodies::copies",
-            "bodies::decomposed",
-            "bodies::drawn",
-            "bodies::driven",
-            "bodies::entries",
-            "bodies::exact",
-            "bodies::gears",
-            "bodies::joints",
-            "bodies::joints::entries",
-            "bodies::joints::placed",
-            "bodies::masses",
-            "bodies::shape",
-            "bodies::terrain",
-            "document",
-            "robots",
-            "robots::entry",
-            "tables",
         ],
     ),
     ("playground/src", &["change", "pull", "session"]),

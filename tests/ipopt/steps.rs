@@ -108,15 +108,20 @@ fn other_worlds_are_refused_in_a_sentence_that_names_the_native_solver() {
     let usual = || world(vec![cube()], 0.5);
     let ball = RigidBody::solid(1.0, &[Piece::sphere(0.1).unwrap()]).unwrap().0;
     let piece = Piece::cuboid(Vector3::new(1.0, 1.0, 0.2)).unwrap();
-    let block = vec![Fixed { piece, friction: None }];
+    let block = vec![piece];
     let without_ground =
         World::new(Parameters { ground: None, ..usual().parameters().clone() }).unwrap();
     for (other, word) in [
         (world(vec![cube(), cube()], 0.5), "one body"),
         (world(vec![ball], 0.5), "rounded points"),
-        (usual().with_fixed(block).unwrap(), "fixed pieces"),
-        (usual().with_restitution(0.5).unwrap(), "restitution"),
-        (usual().with_friction_between(0, Partner::Ground, 0.3).unwrap(), "coefficient"),
+        (usual().with_fixed(block), "fixed pieces"),
+        (usual().with_coefficient(Coefficient::Restitution, 0.5).unwrap(), "restitution"),
+        (
+            usual()
+                .with_coefficient_between(Coefficient::Friction, 0, Partner::Ground, 0.3)
+                .unwrap(),
+            "coefficient",
+        ),
         (usual().with_untouched(0).unwrap(), "touch the ground"),
         (without_ground, "ground"),
     ] {

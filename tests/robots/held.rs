@@ -42,7 +42,7 @@ fn pieces_of_a_held_link_have_its_name() {
 #[test]
 fn a_pair_with_a_held_link_has_all_its_pieces() {
     let pair = "[[friction]]\nbetween = [\"parcel\", \"arm.base\"]\ncoefficient = 0.9\n";
-    let frictions = scene_with(pair).unwrap().document.friction;
+    let frictions = scene_with(pair).unwrap().document.friction.unwrap();
     assert_eq!(frictions.len(), 2);
     assert!(frictions.iter().all(|pair| pair.coefficient == 0.9));
     let merged = scene_with(&pair.replace("arm.base", "arm.palm")).err().unwrap();

@@ -20,9 +20,19 @@ fn cube() -> RigidBody {
     RigidBody::solid_box(1.0, Vector3::repeat(0.1)).unwrap()
 }
 
+/// World of the bodies [`elsewhere`] and others.
 fn world(bodies: Vec<RigidBody>) -> World {
     let (ground, gravity) = (Plane::level(), Vector3::new(0.0, 0.0, -9.81));
-    euler(Parameters { ground: Some(ground), gravity, friction: 1.0, ..Parameters::new(bodies) })
+    let world = euler(Parameters {
+        ground: Some(ground),
+        gravity,
+        friction: 1.0,
+        ..Parameters::new(bodies)
+    });
+    let of = Coefficient::Restitution;
+    let elastic = world.with_coefficient(of, 1.0).unwrap().with_rebound_speed(0.05).unwrap();
+    let plastic = |world: World, body| world.with_coefficient_of(of, Partner::Body(body), 0.0);
+    (1..6).try_fold(elastic, plastic).unwrap()
 }
 
 /// Kane's rod: it lands obliquely and spinning on rough ground. With the full restitution it would
@@ -36,7 +46,7 @@ fn rod() -> (RigidBody, State) {
         spin: Vector3::new(0.0, 1.0, 0.0),
         ..at(0.0, 0.45)
     };
-    (body.with_restitution(1.0).unwrap(), start)
+    (body, start)
 }
 
 /// Other bodies of the world, far from the rod:
@@ -49,15 +59,8 @@ fn rod() -> (RigidBody, State) {
 ///
 /// All but the first one are plastic.
 fn elsewhere() -> (Vec<RigidBody>, Vec<State>) {
-    let plastic = |body: RigidBody| body.with_restitution(0.0).unwrap();
-    let bodies = vec![
-        ball(1.0, 0.1).with_restitution(1.0).unwrap(),
-        plastic(cube()),
-        plastic(cube()),
-        plastic(cube()),
-        plastic(ball(0.5, 0.1)),
-        plastic(RigidBody::solid_box(1.0, Vector3::new(0.1, 0.075, 0.05)).unwrap()),
-    ];
+    let brick = RigidBody::solid_box(1.0, Vector3::new(0.1, 0.075, 0.05)).unwrap();
+    let bodies = vec![ball(1.0, 0.1), cube(), cube(), cube(), ball(0.5, 0.1), brick];
     let sliding = State { velocity: Vector3::new(2.0, 0.3, 0.0), ..at(30.0, 0.1) };
     let spin = Vector3::new(8.0, 15.0, -9.0);
     let tumbling = State { spin, velocity: Vector3::new(3.0, 0.0, 0.0), ..at(40.0, 0.2) };
@@ -116,7 +119,6 @@ fn bounces_do_not_affect_other_islands() {
     let (others, theirs) = elsewhere();
     let count = others.len();
     let world = world(others.into_iter().chain([rod]).collect());
-    let world = world.with_restitution(1.0).unwrap().with_rebound_speed(0.05).unwrap();
     let run = |others: &[State], rod: &[State], solver: NativeSolver| {
         let states: Vec<_> = others.iter().chain(rod).copied().collect();
         run_world(&world, &states, solver)
@@ -259,7 +261,6 @@ fn calls(fails: fn(f64) -> bool, of_bodies: bool) -> Vec<Vec<Call>> {
     let (rod, start) = rod();
     let (bodies, states) = elsewhere();
     let world = world(bodies.into_iter().chain([rod]).collect());
-    let world = world.with_restitution(1.0).unwrap().with_rebound_speed(0.05).unwrap();
     let calls = Arc::new(Mutex::new(Vec::new()));
     let solver = Noted {
         solver: NativeSolver::new(&world),

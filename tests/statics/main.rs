@@ -15,7 +15,7 @@ mod walls;
 
 use nalgebra::Vector3;
 use tumble::statics::{LoadCase, Structure, Verdict};
-use tumble::{Fixed, Parameters, Piece, Plane, RigidBody, State, World};
+use tumble::{Parameters, Piece, Plane, RigidBody, State, World};
 
 /// Bodies and fixed pieces at rest under gravity of 10 m/s².
 struct Scene {
@@ -60,8 +60,8 @@ impl Scene {
             friction: self.friction,
             ..Parameters::new(self.bodies.clone())
         });
-        let fixed = self.fixed.iter().map(|piece| Fixed { piece: piece.clone(), friction: None });
-        world.unwrap().with_fixed(fixed.collect()).unwrap()
+        let fixed = self.fixed.iter().map(|piece| piece.clone());
+        world.unwrap().with_fixed(fixed.collect())
     }
 
     fn structure(&self) -> Structure {

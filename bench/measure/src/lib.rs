@@ -10,7 +10,7 @@ use tumble_core::geometry::Piece;
 use tumble_core::mechanics::{RigidBody, Rotation, State};
 use tumble_core::simulation::{Motion, Simulation};
 use tumble_core::solver::native::NativeSolver;
-use tumble_core::world::{Fixed, Parameters, World};
+use tumble_core::world::{Parameters, World};
 
 /// Boxes on the plane z = 0 and the number of steps.
 #[derive(Deserialize)]
@@ -61,8 +61,7 @@ impl BenchScene {
         };
         let fixed = |wall: &Wall| {
             let piece = Piece::cuboid(wall.half_sides.into())?;
-            let piece = piece.moved_by(&Matrix3::identity(), &wall.centre.into())?;
-            Ok(Fixed { piece, friction: None })
+            piece.moved_by(&Matrix3::identity(), &wall.centre.into())
         };
         let world = World::new(Parameters {
             bodies: self.boxes.iter().map(body).collect::<Result<_, _>>()?,
@@ -72,7 +71,7 @@ impl BenchScene {
             time_step: self.step_seconds,
             rotation: Rotation::Momentum,
         })?;
-        world.with_fixed(self.walls.iter().map(fixed).collect::<Result<_, Error>>()?)
+        Ok(world.with_fixed(self.walls.iter().map(fixed).collect::<Result<_, Error>>()?))
     }
 
     /// Simulation from the initial state by the given native solver.

@@ -27,7 +27,7 @@ pub struct SimulateArgs {
     /// existing ones [default: the number requested at first]. The files are written to --out, or
     /// to DIR without it, and equal those of an uninterrupted run.
     #[arg(long = "continue", value_name = "DIR", help_heading = "Output",
-        conflicts_with_all = ["scene", "scenario", "file"])]
+        conflicts_with_all = ["scene", "file"])]
     pub continued: Option<PathBuf>,
     #[command(flatten, next_help_heading = "Live")]
     pub live: LiveArgs,
@@ -57,10 +57,7 @@ pub struct SceneArgs {
     ///
     /// Flags override its values.
     #[arg(value_name = "SCENE", conflicts_with = "scene")]
-    file: Option<PathBuf>,
-    /// Same as SCENE.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["scene", "file"], hide = true)]
-    scenario: Option<PathBuf>,
+    pub file: Option<PathBuf>,
     /// Scene of the tutorial instead of a file [default: drop].
     #[arg(id = "scene", long = "scene", value_enum, value_name = "NAME")]
     pub tutorial: Option<SceneName>,
@@ -71,13 +68,6 @@ pub struct SceneArgs {
     /// its own in --out, and the table sweep.csv of their ends.
     #[arg(long = "set", value_name = "FIELD=VALUE", value_parser = FieldValues::parse)]
     pub overrides: Vec<FieldValues>,
-}
-
-impl SceneArgs {
-    /// Scenario file or robot to simulate.
-    pub fn path(&self) -> Option<&Path> {
-        self.file.as_deref().or(self.scenario.as_deref())
-    }
 }
 
 /// Settings of the solver.
@@ -110,7 +100,7 @@ pub struct LiveArgs {
     pub is_live: bool,
     /// Start the live run from a moment of an earlier run, with its scene: one of its tables.
     #[arg(id = "from", long = "from", value_name = "TABLE", requires = "live",
-        conflicts_with_all = ["scene", "scenario", "file"])]
+        conflicts_with_all = ["scene", "file"])]
     pub from: Option<PathBuf>,
     /// Index k of that moment [default: the last one of the table].
     #[arg(id = "at", long = "at", value_name = "K", value_parser = values::whole::<u64>(0, LARGEST_START),

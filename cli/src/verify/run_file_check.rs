@@ -1,6 +1,5 @@
 //! Comparison of run.json with the run's rows.
 
-use crate::continued::contact_of;
 use crate::outcome::Failure;
 use crate::recording::Recording;
 use crate::results::RunOutcome;
@@ -230,7 +229,7 @@ fn solver_difference(reported: &SolverSettings, world: &World) -> Option<String>
     if !is_known && (reported.name != "ipopt" || IPOPT_VERSION.is_empty()) {
         return None;
     }
-    let made = contact_of(reported).and_then(|choice| SolverSettings::new(choice.as_ref(), world));
+    let made = reported.choice().and_then(|choice| SolverSettings::new(choice.as_ref(), world));
     let made = match made {
         Ok(made) => made,
         Err(Failure::Input(why)) => return Some(why),

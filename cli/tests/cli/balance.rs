@@ -74,7 +74,7 @@ fn the_terms_add_up_to_the_change_of_energy() {
         let scene = format!("{ROOT}/scenarios/{name}.toml");
         let directory = tempfile::tempdir().unwrap();
         let out = directory.path().to_str().unwrap();
-        let end = run(&["--scenario", &scene, "--steps", "400", "--quiet", "--out", out]);
+        let end = run(&[&scene, "--steps", "400", "--quiet", "--out", out]);
         assert!(matches!(end.code, Some(0 | 3)), "{name}: {end:?}");
         Balance::read(directory.path()).assert_closed(name);
     }
@@ -129,7 +129,7 @@ fn energy_balance_includes_omitted_rows() {
         let scene = format!("{ROOT}/scenarios/{name}.toml");
         let directory = tempfile::tempdir().unwrap();
         let out = directory.path().to_str().unwrap();
-        let args = ["--scenario", &scene, "--steps", "200", "--quiet", "--out", out];
+        let args = [&scene, "--steps", "200", "--quiet", "--out", out];
         let end = run(&[&args[..], &flags[..]].concat());
         assert!(matches!(end.code, Some(0 | 3)), "{name}: {end:?}");
         Balance::read(directory.path()).assert_closed(name);

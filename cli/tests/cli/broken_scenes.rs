@@ -217,7 +217,7 @@ fn meshes_that_are_open_inside_out_or_hollow_are_refused() {
         fs::write(directory.path().join("m.obj"), text).unwrap();
         let file = directory.path().join("test.toml");
         let out = directory.path().join("out");
-        let args = ["--scenario", file.to_str().unwrap(), "--out", out.to_str().unwrap()];
+        let args = [file.to_str().unwrap(), "--out", out.to_str().unwrap()];
         (run(&args), directory)
     };
     let (end, _directory) = run_mesh(&closed);

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 /// Arguments of a scenario with several tables and a joint.
 fn scene(steps: &str) -> Vec<String> {
     let scenario = format!("{ROOT}/scenarios/door.toml");
-    let args = ["--scenario", &scenario, "--steps", steps, "--quiet"];
+    let args = [&scenario, "--steps", steps, "--quiet"];
     args.map(str::to_owned).to_vec()
 }
 

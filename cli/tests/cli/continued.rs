@@ -83,7 +83,7 @@ fn every_scenario_continued_equals_one_run() {
     for entry in fs::read_dir(Path::new(ROOT).join("scenarios")).unwrap() {
         let path = entry.unwrap().path();
         if path.extension().is_some_and(|extension| extension == "toml") {
-            assert_continues(&["--scenario", path.to_str().unwrap()], &["2", "90", "91"], "150");
+            assert_continues(&[path.to_str().unwrap()], &["2", "90", "91"], "150");
         }
     }
 }
@@ -139,7 +139,7 @@ fn loads_slopes_and_bounces_continue_exactly() {
         "250",
     );
     let pile = scenario("door");
-    assert_continues(&["--scenario", &pile, "--start-index", "123456"], &["60"], "150");
+    assert_continues(&[&pile, "--start-index", "123456"], &["60"], "150");
 }
 
 /// `--continue` without `--steps` completes the number of rows in run.json.
@@ -167,9 +167,9 @@ fn continue_without_steps_completes_the_requested_rows() {
 fn continue_into_new_directory_keeps_old_run() {
     let places = Places::new();
     let pile = scenario("bricks");
-    places.run(&["--scenario", &pile, "--steps", "80"], "first");
-    places.run(&["--scenario", &pile, "--steps", "60"], "again");
-    places.run(&["--scenario", &pile, "--steps", "60"], "kept");
+    places.run(&[&pile, "--steps", "80"], "first");
+    places.run(&[&pile, "--steps", "60"], "again");
+    places.run(&[&pile, "--steps", "60"], "kept");
     places.run(
         &[
             "--continue",

@@ -30,7 +30,7 @@ fn simulated_text(text: &str, more: &[&str]) -> Simulated {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("scene.toml");
     fs::write(&file, text).unwrap();
-    simulate(&[&["--scenario", file.to_str().unwrap()], more].concat())
+    simulate(&[&[file.to_str().unwrap()], more].concat())
 }
 
 /// A parcel on the belt accelerates by μ g until it has the belt's speed, after the time v/(μ g).
@@ -135,14 +135,14 @@ fn driven_runs_continue_exactly_and_may_start_later() {
     let out = out.to_str().unwrap();
     let file = format!("{ROOT}/scenarios/tray-and-conveyor.toml");
     let whole = scene("tray-and-conveyor", &["--steps", "900"]);
-    assert_eq!(run(&["--scenario", &file, "--steps", "333", "--out", out]).code, Some(0));
+    assert_eq!(run(&[&file, "--steps", "333", "--out", out]).code, Some(0));
     assert_eq!(run(&["--continue", out, "--steps", "900"]).code, Some(0));
     for name in ["states.csv", "contacts.csv", "steps.csv", "joints.csv"] {
         let (one, other) = (fs::read(whole.path(name)), fs::read(format!("{out}/{name}")));
         assert!(one.unwrap() == other.unwrap(), "{name}");
     }
     // The tray's prescribed position at a later start index differs from its initial position.
-    let end = run(&["--scenario", &file, "--start-index", "300", "--out", out]);
+    let end = run(&[&file, "--start-index", "300", "--out", out]);
     assert_eq!(end.code, Some(2), "{end:?}");
     assert!(
         end.stderr.contains(
@@ -152,7 +152,7 @@ fn driven_runs_continue_exactly_and_may_start_later() {
     );
     // A constant velocity starts at the body's position for every start index.
     let file = file.replace("tray-and-conveyor", "turntable");
-    let later = simulate(&["--scenario", &file, "--start-index", "5000", "--steps", "200"]);
+    let later = simulate(&[&file, "--start-index", "5000", "--steps", "200"]);
     assert_eq!(later.end.code, Some(0), "{:?}", later.end);
     verified(&later);
     let first = scene("turntable", &["--steps", "200"]);

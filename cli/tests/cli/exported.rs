@@ -22,7 +22,7 @@ fn the_problems_of_a_run_are_exported_and_solved() {
     let scene = Path::new(ROOT).join("scenarios/stack.toml");
     let exported = |scene: &str, more: &[&str]| -> End {
         let args = ["--out", path(&run_out), "--export-problems", path(&problems)];
-        tumble().args(["--scenario", scene]).args(args).args(more).output().unwrap().into()
+        tumble().args([scene]).args(args).args(more).output().unwrap().into()
     };
     let end = exported(path(&scene), &["--steps", "20"]);
     assert_eq!(end.code, Some(0), "{end:?}");
@@ -54,7 +54,7 @@ fn the_problems_of_a_run_are_exported_and_solved() {
     for folder in [&run_out, &directory.path().join("later")] {
         let name = folder.file_name().unwrap().to_str().unwrap();
         let other = directory.path().join(format!("./run/../{name}"));
-        let args = ["--scenario", path(&scene), "--out", path(folder)];
+        let args = [path(&scene), "--out", path(folder)];
         let args = args.into_iter().chain(["--export-problems", path(&other)]);
         let end: End = tumble().args(args).output().unwrap().into();
         end.assert_refused(2, &["--export-problems", "the directory of the run itself"]);
@@ -62,7 +62,7 @@ fn the_problems_of_a_run_are_exported_and_solved() {
     let joints = Path::new(ROOT).join("scenarios/door.toml");
     let none = directory.path().join("none");
     let args = ["--out", path(&none), "--export-problems", path(&none)];
-    let end: End = tumble().args(["--scenario", path(&joints)]).args(args).output().unwrap().into();
+    let end: End = tumble().args([path(&joints)]).args(args).output().unwrap().into();
     end.assert_refused(2, &["--export-problems", "joints"]);
     let end: End = tumble().args(args).output().unwrap().into();
     end.assert_refused(2, &["--export-problems", "--solver native"]);

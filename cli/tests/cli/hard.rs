@@ -18,7 +18,7 @@ fn retried_steps_gain_no_energy() {
         let scene = format!("{ROOT}/cli/tests/cli/hard/{name}.toml");
         let directory = tempfile::tempdir().unwrap();
         let out = directory.path().join("out");
-        let end = run(&["--scenario", &scene, "--out", out.to_str().unwrap()]);
+        let end = run(&[&scene, "--out", out.to_str().unwrap()]);
         assert!(matches!(end.code, Some(0 | 3)), "{name}: {end:?}");
         let table = Table::parse(&fs::read_to_string(out.join("steps.csv")).unwrap());
         let (energy, status) = (table.numbers("energy_J"), table.column("status"));

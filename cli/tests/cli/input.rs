@@ -25,7 +25,7 @@ fn pipes_and_devices_are_refused_and_not_waited_for() {
         for command in READERS {
             run(&[command, place]).assert_refused(2, &words);
         }
-        run(&["--scenario", place]).assert_refused(2, &words);
+        run(&[place]).assert_refused(2, &words);
     }
     for command in READERS {
         run(&[command, "/"]).assert_refused(2, &["a directory"]);
@@ -113,7 +113,7 @@ fn control_characters_are_escaped_in_all_output() {
         run(&["plot", place]),
         run(&["gif", place]),
         run(&["view", place]),
-        run(&["--scenario", place]),
+        run(&[place]),
         run(&["--out", "/dev/null/x\u{1b}[31my", "--steps", "2"]),
     ];
     for end in &ends {
@@ -213,7 +213,7 @@ fn titles_name_the_changed_settings() {
         assert_eq!(changed == 0, !title.contains("changed"), "{flags:?}");
     }
     let scenario = &format!("{ROOT}/scenarios/slope.toml");
-    let flags = ["--scenario", scenario, "--solver", "native", "--mu", "0.9", "--steps", "5"];
+    let flags = [scenario, "--solver", "native", "--mu", "0.9", "--steps", "5"];
     let run = simulate(&flags);
     assert!(run.end.stdout.contains(" with changed mu, 5 rows"), "{}", run.end.stdout);
 }
@@ -230,7 +230,7 @@ fn error_messages_shorten_long_input() {
     ] {
         let path = directory.path().join(name);
         fs::write(&path, text).unwrap();
-        let end = run(&["--scenario", path.to_str().unwrap()]);
+        let end = run(&[path.to_str().unwrap()]);
         end.assert_refused(2, &[name]);
         assert!(end.stderr.len() < 1000, "{name}: {} bytes", end.stderr.len());
     }

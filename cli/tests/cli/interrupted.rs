@@ -199,9 +199,9 @@ fn a_signal_ends_a_native_run_at_once_with_all_its_steps_written() {
 fn interrupted_run_continues_to_the_same_tables() {
     let pile = &format!("{ROOT}/scenarios/pile.toml");
     for (args, bytes) in
-        [(["--scene", "drop"], INTO_CONTACT), (["--scenario", pile], 20 * INTO_CONTACT)]
+        [(&["--scene", "drop"][..], INTO_CONTACT), (&[pile.as_str()][..], 20 * INTO_CONTACT)]
     {
-        let mut running = Running::start(&[&args[..], &["--steps", "100000"]].concat());
+        let mut running = Running::start(&[args, &["--steps", "100000"]].concat());
         running.wait_for(bytes);
         running.send("INT");
         let (run, _) = running.end();

@@ -36,7 +36,7 @@ fn scene(text: &str, flags: &[&str]) -> Simulated {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("scene.toml");
     fs::write(&file, text).unwrap();
-    simulate(&[&["--scenario", file.to_str().unwrap()], flags].concat())
+    simulate(&[&[file.to_str().unwrap()], flags].concat())
 }
 
 /// Largest difference between two runs in the given columns of the last states.

@@ -314,11 +314,11 @@ fn a_run_without_joints_removes_their_table() {
     let scene = directory.path().join("scene.toml");
     fs::write(&scene, SCENE).unwrap();
     let [scene, out_text] = [&scene, &out].map(|path| path.to_str().unwrap());
-    let end = run(&["--scenario", scene, "--out", out_text, "--steps", "3"]);
+    let end = run(&[scene, "--out", out_text, "--steps", "3"]);
     assert_eq!(end.code, Some(0), "{end:?}");
     assert!(out.join("joints.csv").exists());
     fs::write(scene, SCENE.split("[[joints]]").next().unwrap()).unwrap();
-    let end = run(&["--scenario", scene, "--out", out_text, "--steps", "3"]);
+    let end = run(&[scene, "--out", out_text, "--steps", "3"]);
     assert_eq!(end.code, Some(0), "{end:?}");
     assert!(end.stdout.contains("removed joints.csv"), "{end:?}");
     assert!(!end.stdout.contains("joints   "), "{end:?}");

@@ -19,7 +19,7 @@ fn tables_that_a_run_does_not_have_are_removed_and_named() {
     fs::write(&file, TWO).unwrap();
     let [out_text, file_text] = [&out, &file].map(|path| path.to_str().unwrap());
     let one = ["--steps", "3", "--out", out_text];
-    let two = ["--scenario", file_text, "--out", out_text];
+    let two = [file_text, "--out", out_text];
     let tables = ["contacts.csv", "run.json", "state.bin", "states.csv", "steps.csv"];
 
     assert_eq!(run(&one).code, Some(0));

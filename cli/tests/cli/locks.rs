@@ -95,7 +95,7 @@ fn planar_loop_reports_redundancy_and_chain_does_not() {
     let printed = |name: &str| {
         let directory = tempfile::tempdir().unwrap();
         let out = directory.path().to_str().unwrap();
-        super::support::run(&["--scenario", &scenario(name), "--steps", "3", "--out", out]).stdout
+        super::support::run(&[&scenario(name), "--steps", "3", "--out", out]).stdout
     };
     let loop_of_four = printed("four-bar");
     assert!(loop_of_four.contains("have 3 redundant constraints"), "{loop_of_four}");

@@ -57,7 +57,7 @@ fn a_plan_runs_again_to_the_byte() {
     let end = run(&["plan", &problem, "--start", &controls, "--replay", "--out", &again]);
     assert_eq!(end.code, Some(0), "{end:?}");
     let written = out("first").join("scene.toml").to_string_lossy().into_owned();
-    let end = run(&["--scenario", &written, "--out", &scene]);
+    let end = run(&[&written, "--out", &scene]);
     assert_eq!(end.code, Some(0), "{end:?}");
     for table in ["states.csv", "contacts.csv", "steps.csv"] {
         let rows = text(out("first").join(table));
@@ -117,7 +117,7 @@ fn plan_by_a_motor_runs_as_a_scene() {
         ["first", "scene"].map(|name| directory.path().join(name).to_string_lossy().into_owned());
     let end = run(&["plan", &problem, "--out", &first]);
     assert_eq!(end.code, Some(3), "{end:?}");
-    let end = run(&["--scenario", &format!("{first}/scene.toml"), "--out", &scene]);
+    let end = run(&[&format!("{first}/scene.toml"), "--out", &scene]);
     assert_eq!(end.code, Some(0), "{end:?}");
     for table in ["states.csv", "joints.csv", "steps.csv"] {
         let [first, scene] =
@@ -148,7 +148,7 @@ fn plan_of_one_body_runs_as_a_scene() {
     let end = run(&["plan", &file, "--out", &first]);
     assert_eq!(end.code, Some(0), "{end:?}");
     let written = out("first").join("scene.toml").to_string_lossy().into_owned();
-    let end = run(&["--scenario", &written, "--out", &scene]);
+    let end = run(&[&written, "--out", &scene]);
     assert_eq!(end.code, Some(0), "{end:?}");
     let tables = fs::read_dir(out("first")).unwrap().map(|entry| entry.unwrap().file_name());
     let tables = tables.map(|name| name.to_string_lossy().into_owned());

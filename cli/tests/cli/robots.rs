@@ -18,7 +18,7 @@ fn text(path: &Path) -> &str {
 fn a_file_is_simulated_and_verifies() {
     for name in ["quadruped.urdf", "arm.urdf", "hopper.xml", "classes.xml"] {
         let path = model(name);
-        let done = simulate(&["--scenario", text(&path), "--steps", "60"]);
+        let done = simulate(&[text(&path), "--steps", "60"]);
         assert_eq!(done.end.code, Some(0), "{name}: {:?}", done.end);
         assert!(done.end.stdout.contains("wrote"), "{:?}", done.end);
         let verified = run(&["verify", text(&done.path("states.csv"))]);
@@ -28,9 +28,9 @@ fn a_file_is_simulated_and_verifies() {
         let on = run(&["--continue", text(&out), "--steps", "80", "--quiet"]);
         assert_eq!(on.code, Some(0), "{name}: {on:?}");
     }
-    let noted = simulate(&["--scenario", text(&model("hopper.xml")), "--steps", "3"]);
+    let noted = simulate(&[text(&model("hopper.xml")), "--steps", "3"]);
     assert!(noted.end.stdout.contains("without effect on the motion: 1 <camera>, 1 <light>"));
-    let quiet = simulate(&["--scenario", text(&model("hopper.xml")), "--steps", "3", "--quiet"]);
+    let quiet = simulate(&[text(&model("hopper.xml")), "--steps", "3", "--quiet"]);
     assert_eq!(quiet.end.stdout, "");
 }
 
@@ -41,9 +41,9 @@ fn a_converted_file_leaves_the_same_tables() {
     let end = run(&["convert", text(&model("hopper.xml")), text(&written)]);
     assert_eq!(end.code, Some(0), "{end:?}");
     assert!(end.stdout.contains("hopper.toml"), "{end:?}");
-    let again = simulate(&["--scenario", text(&written), "--steps", "40"]);
+    let again = simulate(&[text(&written), "--steps", "40"]);
     assert_eq!(again.end.code, Some(0), "{:?}", again.end);
-    let first = simulate(&["--scenario", text(&model("hopper.xml")), "--steps", "40"]);
+    let first = simulate(&[text(&model("hopper.xml")), "--steps", "40"]);
     let rows =
         |run: &super::support::Simulated| fs::read_to_string(run.path("states.csv")).unwrap();
     assert_eq!(rows(&first).lines().count(), rows(&again).lines().count());
@@ -118,7 +118,7 @@ fn converted_scene_has_gears_surfaces_and_start_index() {
         assert_eq!(end.code, Some(0), "{end:?}");
     }
     let ends = [&first, &written].map(|path| {
-        let done = simulate(&["--scenario", text(path), "--steps", "40"]);
+        let done = simulate(&[text(path), "--steps", "40"]);
         assert_eq!(done.end.code, Some(0), "{:?}", done.end);
         let verified = run(&["verify", text(&done.path("states.csv"))]);
         assert_eq!(verified.code, Some(0), "{verified:?}");
@@ -157,7 +157,7 @@ fn packages_have_a_flag() {
     let out = at("out");
     let simulate = |file: &str, flags: &[&str]| {
         let file = at(file);
-        let base = ["--scenario", text(&file), "--steps", "3", "--quiet", "--out", text(&out)];
+        let base = [text(&file), "--steps", "3", "--quiet", "--out", text(&out)];
         run(&[&base[..], flags].concat())
     };
     assert_eq!(simulate("arm/urdf/arm.urdf", &[]).code, Some(0));
@@ -170,7 +170,7 @@ fn packages_have_a_flag() {
     let robot = at("alone.urdf");
     let end = run(&["convert", text(&robot), text(&toml), "--packages", text(&there)]);
     assert_eq!(end.code, Some(0), "{end:?}");
-    run(&["--scenario", text(&toml), "--packages", text(&there)])
+    run(&[text(&toml), "--packages", text(&there)])
         .assert_refused(2, &["--packages", "[[robots]]"]);
     run(&["--leave-out", "link"]).assert_refused(2, &["--leave-out"]);
 }
@@ -181,13 +181,12 @@ fn invalid_robot_options_are_rejected_in_one_sentence() {
     let directory = tempfile::tempdir().unwrap();
     let broken = directory.path().join("broken.urdf");
     fs::write(&broken, "<robot name='a'>\n<link name='b'/>\n<joint name='c' type='bent'><parent link='b'/><child link='d'/></joint></robot>").unwrap();
-    run(&["--scenario", text(&broken)])
-        .assert_refused(2, &["broken.urdf", "line 3", "<joint>", "\"d\""]);
+    run(&[text(&broken)]).assert_refused(2, &["broken.urdf", "line 3", "<joint>", "\"d\""]);
     let xacro = directory.path().join("a.urdf");
     fs::write(&xacro, "<robot xmlns:xacro='http://www.ros.org/wiki/xacro' name='a'>\n<xacro:include filename='b'/></robot>").unwrap();
-    run(&["--scenario", text(&xacro)]).assert_refused(2, &["a.urdf", "Xacro"]);
-    run(&["--scenario", text(&model("hopper.xml")), "--mu", "0.5"]).assert_refused(2, &["--mu"]);
-    run(&["--scenario", text(&model("hopper.xml")), "--set", "start.position=0,0,1"])
+    run(&[text(&xacro)]).assert_refused(2, &["a.urdf", "Xacro"]);
+    run(&[text(&model("hopper.xml")), "--mu", "0.5"]).assert_refused(2, &["--mu"]);
+    run(&[text(&model("hopper.xml")), "--set", "start.position=0,0,1"])
         .assert_refused(2, &["--set", "start.position", "[[robots]]"]);
     run(&["convert", text(&model("hopper.xml")), "out.txt"])
         .assert_refused(2, &["out.txt", ".toml"]);

@@ -78,7 +78,7 @@ fn every_nth_step_has_the_rows_of_the_full_run() {
     assert_eq!(runs.lines("some", "trajectory.csv"), thinned(&all, 10, 5));
 
     let scene = scenario("four-bar");
-    let scene = ["--scenario", &scene, "--steps", "100"];
+    let scene = [&scene, "--steps", "100"];
     runs.run("all", &scene);
     runs.run("some", &[&scene[..], &["--every", "7"]].concat());
     for (table, is_of_steps) in
@@ -109,7 +109,7 @@ fn every_nth_step_has_the_rows_of_the_full_run() {
 fn runs_with_selected_rows_continue_and_are_drawn() {
     let runs = Runs::new();
     let scene = scenario("marbles");
-    let scene = ["--scenario", &scene, "--every", "8", "--tables", "contacts"];
+    let scene = [&scene, "--every", "8", "--tables", "contacts"];
     runs.run("whole", &[&scene[..], &["--steps", "90"]].concat());
     runs.run("parts", &[&scene[..], &["--steps", "33"]].concat());
     for rows in ["50", "90"] {
@@ -135,12 +135,12 @@ fn runs_with_selected_rows_continue_and_are_drawn() {
     assert!(page.contains("one of 8"));
 
     let scene = scenario("double-pendulum");
-    runs.run("bare", &["--scenario", &scene, "--steps", "20", "--tables", "steps"]);
+    runs.run("bare", &[&scene, "--steps", "20", "--tables", "steps"]);
     for file in ["joints.csv", "contacts.csv"] {
         assert!(!runs.path("bare", file).exists(), "{file}");
     }
     runs.run("bare", &["--continue", &runs.text("bare", ""), "--steps", "30"]);
-    runs.run("full", &["--scenario", &scene, "--steps", "30"]);
+    runs.run("full", &[&scene, "--steps", "30"]);
     for file in ["states.csv", "steps.csv"] {
         assert_eq!(runs.lines("bare", file), runs.lines("full", file), "{file}");
     }
@@ -157,7 +157,7 @@ fn selected_rows_verify_alone() {
     let runs = Runs::new();
     for name in ["four-bar", "marbles"] {
         let scene = scenario(name);
-        let scene = ["--scenario", &scene, "--steps", "120"];
+        let scene = [&scene, "--steps", "120"];
         runs.run("all", &scene);
         runs.run("some", &[&scene[..], &["--every", "7"]].concat());
         let states = runs.text("some", "states.csv");
@@ -201,7 +201,7 @@ fn selected_rows_verify_alone() {
 fn counts_in_run_json_are_checked_against_selected_rows() {
     let runs = Runs::new();
     let scene = scenario("marbles");
-    runs.run("some", &["--scenario", &scene, "--steps", "16", "--every", "7"]);
+    runs.run("some", &[&scene, "--steps", "16", "--every", "7"]);
     let states = runs.text("some", "states.csv");
     let verify = || run(&["verify", &states]);
     assert_eq!(verify().code, Some(0));
@@ -264,7 +264,7 @@ fn substeps_are_short_steps_with_selected_rows() {
     runs.run("short", &[&drop[..], &short].concat());
     assert_eq!(runs.lines("substeps", "trajectory.csv"), runs.lines("short", "trajectory.csv"));
     let scene = scenario("double-pendulum");
-    let scene = ["--scenario", &scene, "--steps", "40", "--substeps", "5", "--every", "2"];
+    let scene = [&scene, "--steps", "40", "--substeps", "5", "--every", "2"];
     runs.run("pendulum", &scene);
     let json = fs::read_to_string(runs.path("pendulum", "run.json")).unwrap();
     assert!(json.contains("\"every\": 10"), "{json}");
@@ -298,7 +298,7 @@ fn invalid_row_selections_are_rejected() {
     let late = ["--substeps", "1000", "--start-index", "9000000000000000", "--steps", "5"];
     refused(&late, &["substeps", "index", "9000000000000000"]);
     let bodies = scenario("four-bar");
-    refused(&["--scenario", &bodies, "--tables", "ends"], &["ends", "--every"]);
+    refused(&[&bodies, "--tables", "ends"], &["ends", "--every"]);
     refused(&["--tables", "stairs"], &["stairs", "states"]);
     runs.run("compressed", &["--solver", "native", "--steps", "20", "--compact"]);
     let file = runs.text("compressed", "states.csv.gz");
@@ -329,8 +329,8 @@ fn compressed_tables_equal_plain_ones() {
             "300",
             &["states", "contacts", "steps", "trajectory"],
         ),
-        (&["--scenario", &marbles], "120", &["states", "contacts", "steps"]),
-        (&["--scenario", &bar], "60", &["states", "contacts", "steps", "joints"]),
+        (&[&marbles], "120", &["states", "contacts", "steps"]),
+        (&[&bar], "60", &["states", "contacts", "steps", "joints"]),
     ];
     let bytes = |run: &str, file: &str| fs::read(runs.path(run, file)).unwrap();
     for (args, steps, tables) in cases {
@@ -360,7 +360,7 @@ fn compressed_tables_equal_plain_ones() {
 fn contacts_without_force_have_rows_on_request() {
     let (runs, mut omitted) = (Runs::new(), 0);
     for (name, more) in [("bricks", "--every=1"), ("marbles", "--seed=1"), ("stack", "--every=7")] {
-        let args = ["--scenario", &scenario(name), "--steps", "230", more];
+        let args = [&scenario(name), "--steps", "230", more];
         runs.run("some", &args);
         runs.run("all", &[&args[..], &["--all-contacts"]].concat());
         let [some, all] = ["some", "all"].map(|run| runs.lines(run, "contacts.csv"));
@@ -399,7 +399,7 @@ fn verify_finds_pieces_that_meet_without_a_contact() {
                 sphere = 0.05\nmass = 1.0\nposition = [0.1, 0, 0]\nvelocity = [-30, 0, 0]\n\
                 [ground]\nnone = true\nfriction = 0.5\n[[fixed]]\nname = \"plate\"\nbox = [0.02, 1, 1]\n";
     fs::write(&scene, format!("{text}[[apart]]\nbetween = [\"ball\", \"plate\"]\n")).unwrap();
-    runs.run("run", &["--scenario", &scene]);
+    runs.run("run", &[&scene]);
     let (file, json) = (runs.text("run", "states.csv"), runs.path("run", "run.json"));
     assert_eq!(run(&["verify", &file]).code, Some(0));
     unseal(&json);

@@ -164,10 +164,10 @@ fn settings_of_another_solver_are_reported() {
         ("accepted_residual_m_s is 0.01; the limit of this solver is", |json| {
             json["solver"]["accepted_residual_m_s"] = json!(0.01);
         }),
-        ("solver.detection: sight is not one of", |json| {
+        ("solver.detection: unknown variant `sight`", |json| {
             json["solver"]["detection"] = json!("sight")
         }),
-        ("solver.on_failure: hope is not one of", |json| {
+        ("solver.on_failure: unknown variant `hope`", |json| {
             json["solver"]["on_failure"] = json!("hope")
         }),
         ("solver.detection contradicts the other settings", |json| {

@@ -28,7 +28,7 @@ pub fn run_scenario(scenario: &str, flags: &[&str]) -> (End, tempfile::TempDir) 
     let directory = tempfile::tempdir().unwrap();
     fs::write(directory.path().join("test.toml"), scenario).unwrap();
     let output = tumble()
-        .args(["--scenario", "test.toml", "--out", "out"])
+        .args(["test.toml", "--out", "out"])
         .args(flags)
         .current_dir(directory.path())
         .output()
@@ -41,7 +41,7 @@ fn every_shipped_scenario_runs_and_verifies() {
     let of_one = || shipped().into_iter().filter(|path| !is_of_several(path));
     assert!(of_one().count() >= 7);
     for path in of_one() {
-        let done = simulate(&["--scenario", text(&path)]);
+        let done = simulate(&[text(&path)]);
         assert_eq!(done.end.code, Some(0), "{path:?}: {:?}", done.end);
         let verified = run(&["verify", text(&done.path("states.csv"))]);
         assert_eq!(verified.code, Some(0), "{path:?}: {verified:?}");
@@ -55,7 +55,7 @@ fn the_tutorials_scenes_are_the_same_from_a_file() {
         let file = format!("{ROOT}/scenarios/{scene}.toml");
         let flags = &[flags, &["--steps", "400"]].concat();
         let named = simulate(&[&["--scene", scene], &flags[..]].concat());
-        let read = simulate(&[&["--scenario", file.as_str()], &flags[..]].concat());
+        let read = simulate(&[&[file.as_str()], &flags[..]].concat());
         for name in ["states.csv", "contacts.csv", "steps.csv"] {
             let [named, read] = [&named, &read].map(|run| fs::read(run.path(name)).unwrap());
             assert!(named == read, "{scene}: {name}");
@@ -381,8 +381,8 @@ fn broken_scenarios_are_refused_in_one_line_with_the_file_and_the_fault() {
         end.assert_refused(2, &["test.toml"]);
         assert!(!end.stderr.contains('|'), "{name}: {}", end.stderr);
     }
-    run(&["--scenario", "/nowhere.toml"]).assert_refused(2, &["/nowhere.toml", "cannot be read"]);
-    run(&["--scenario", "a.toml", "--scene", "drop"]).assert_refused(2, &["--scene", "--scenario"]);
+    run(&["/nowhere.toml"]).assert_refused(2, &["/nowhere.toml", "cannot be read"]);
+    run(&["a.toml", "--scene", "drop"]).assert_refused(2, &["--scene", "SCENE"]);
 }
 
 /// The computed inertia of a solid box of any size is in the allowed range, even for 1 mm of water.

@@ -13,7 +13,7 @@ pub fn table(done: &Simulated, name: &str) -> Table {
 
 pub fn scene(name: &str, flags: &[&str]) -> Simulated {
     let file = format!("{ROOT}/scenarios/{name}.toml");
-    let done = simulate(&[&["--scenario", file.as_str()], flags].concat());
+    let done = simulate(&[&[file.as_str()], flags].concat());
     assert_eq!(done.end.code, Some(0), "{name}: {:?}", done.end);
     done
 }
@@ -279,7 +279,7 @@ fn every_shape_has_its_mass_and_verifies() {
     fs::write(&file, scenario).unwrap();
     let mesh = "v 0 0 0\nv 300 0 0\nv 0 300 0\nv 0 0 300\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
     fs::write(directory.path().join("tetrahedron.obj"), mesh).unwrap();
-    let done = simulate(&["--scenario", file.to_str().unwrap()]);
+    let done = simulate(&[file.to_str().unwrap()]);
     assert_eq!(done.end.code, Some(0), "{:?}", done.end);
     let verified = run(&["verify", done.path("contacts.csv").to_str().unwrap()]);
     assert_eq!(verified.code, Some(0), "{verified:?}");

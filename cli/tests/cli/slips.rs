@@ -82,11 +82,6 @@ fn a_shape_of_the_wrong_form_is_answered_with_its_form() {
     fs::write(here.join("scene.toml"), bare).unwrap();
     run_in(here, &["check", "scene.toml"])
         .assert_refused(2, &["ground: no ground is `[ground]` with `none = true`"]);
-    let wall = "[[fixed]]\nbox = 0.2\nposition = [3, 0, 0]\nrestitution = 0.5\n";
-    fs::write(here.join("scene.toml"), format!("{STACK}{wall}")).unwrap();
-    let end = run_in(here, &["check", "scene.toml"]);
-    end.assert_refused(2, &["fixed[0].restitution: use [[restitution]] with its name"]);
-    assert!(!end.stderr.contains("did you mean"), "{end:?}");
 }
 
 /// The reactions of a fast pendulum of two rods make energy in steps of 20 ms, up to 2.2 J. Such

@@ -60,8 +60,8 @@ fn start_index_of_a_scenario_changes_only_k_and_t() {
     let text = text.unwrap();
     fs::write(&file, format!("start_index = 9000\n{text}")).unwrap();
     let file = file.to_str().unwrap();
-    let later = simulated(&["--scenario", file, "--steps", "60"]);
-    let first = simulated(&["--scenario", file, "--steps", "60", "--start-index", "0"]);
+    let later = simulated(&[file, "--steps", "60"]);
+    let first = simulated(&[file, "--steps", "60", "--start-index", "0"]);
     for name in ["states.csv", "joints.csv", "contacts.csv", "steps.csv"] {
         let bare = |done: &Simulated| {
             let text = fs::read_to_string(done.path(name)).unwrap();
@@ -96,7 +96,7 @@ fn invalid_start_indices_are_rejected() {
     let file = folder.path().join("odd.toml");
     let text = fs::read_to_string(format!("{ROOT}/scenarios/door.toml"));
     fs::write(&file, format!("start_index = 9000000000000001\n{}", text.unwrap())).unwrap();
-    let end = run(&["--scenario", file.to_str().unwrap()]);
+    let end = run(&[file.to_str().unwrap()]);
     assert_eq!(end.code, Some(2), "{end:?}");
     let why = "start_index: a whole number from 0 to 9000000000000000 is needed";
     assert!(end.stderr.contains(why), "{end:?}");

@@ -392,7 +392,7 @@ fn a_failed_step_of_huge_forces_verifies_as_failed() {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("scene.toml");
     fs::write(&file, SCENE).unwrap();
-    let done = simulate(&["--scenario", file.to_str().unwrap(), "--all-contacts"]);
+    let done = simulate(&[file.to_str().unwrap(), "--all-contacts"]);
     assert_eq!(done.end.code, Some(0), "{:?}", done.end);
 
     let read = |_: &Path, _: u64| Err(std::io::ErrorKind::NotFound.into());

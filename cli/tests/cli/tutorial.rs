@@ -140,13 +140,13 @@ fn scenarios_name_the_preset() {
         path.to_str().unwrap().to_owned()
     };
     let expected = tutorial(42, 229).csv();
-    let by_field = simulate(&["--scenario", &scenario("preset = \"tutorial\"")]);
+    let by_field = simulate(&[&scenario("preset = \"tutorial\"")]);
     assert_eq!(by_field.csv(), expected);
     let file = scenario("name = \"native\"");
-    let by_flag = simulate(&["--scenario", &file, "--preset", "tutorial"]);
+    let by_flag = simulate(&[&file, "--preset", "tutorial"]);
     assert_eq!(by_flag.csv(), expected);
     let contradiction = scenario("preset = \"tutorial\"\ntolerance = 1e-5");
-    let refused = run(&["--scenario", &contradiction]);
+    let refused = run(&[&contradiction]);
     refused.assert_refused(2, &["solver.tolerance", "preset tutorial"]);
 }
 
@@ -197,7 +197,7 @@ fn many_points_are_announced() {
     fs::write(&path, text).unwrap();
     let path = path.to_str().unwrap();
     let printed = |args: &[&str]| {
-        let run = simulate(&[&["--scenario", path], args].concat());
+        let run = simulate(&[&[path], args].concat());
         assert_eq!(run.end.code, Some(0), "{:?}", run.end);
         run.end.stdout.contains("--solver native is faster")
     };

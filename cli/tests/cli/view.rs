@@ -364,7 +364,7 @@ fn joint_forces_are_in_the_world_frame() {
         anchor = [0.0, 0.0, 0.0]
     "#;
     fs::write(&scene, text).unwrap();
-    let (_, page) = simulate_with_page(&["--scenario", scene.to_str().unwrap()]);
+    let (_, page) = simulate_with_page(&[scene.to_str().unwrap()]);
     let frames = &page.data["runs"][0]["frames"];
     let forces = whole(&frames["joint_forces"]);
     let count = frames["count"].as_u64().unwrap() as usize;

@@ -75,6 +75,10 @@ pub struct SurfaceMotion {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Coefficient {
+    /// μ: friction.
+    Friction,
+    /// e: [restitution](crate::contact::restitution).
+    Restitution,
     /// μ of contacts that do not slip at the start of the step.
     StaticFriction,
     /// μ_r (m): resistance to turning about axes in the tangent plane.
@@ -87,12 +91,20 @@ pub enum Coefficient {
 
 impl Coefficient {
     /// All coefficients.
-    pub const ALL: [Self; 4] =
-        [Self::StaticFriction, Self::RollingFriction, Self::TorsionalFriction, Self::Adhesion];
+    pub const ALL: [Self; 6] = [
+        Self::Friction,
+        Self::Restitution,
+        Self::StaticFriction,
+        Self::RollingFriction,
+        Self::TorsionalFriction,
+        Self::Adhesion,
+    ];
 
     /// Name in files and in arrays.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Friction => "friction",
+            Self::Restitution => "restitution",
             Self::StaticFriction => "static_friction",
             Self::RollingFriction => "rolling_friction",
             Self::TorsionalFriction => "torsional_friction",
@@ -103,6 +115,8 @@ impl Coefficient {
     /// Name in error messages, with the unit.
     pub fn quantity(self) -> &'static str {
         match self {
+            Self::Friction => "coefficient of friction",
+            Self::Restitution => "coefficient of restitution",
             Self::StaticFriction => "coefficient of static friction",
             Self::RollingFriction => "coefficient of rolling friction (m)",
             Self::TorsionalFriction => "coefficient of torsional friction (m)",
@@ -112,7 +126,28 @@ impl Coefficient {
 
     /// Largest value.
     pub fn largest(self) -> f64 {
-        if self == Self::Adhesion { 1e9 } else { 10.0 }
+        match self {
+            Self::Adhesion => 1e9,
+            Self::Restitution => 1.0,
+            _ => 10.0,
+        }
+    }
+
+    /// Coefficient of a pair of owners with the numbers `a` and `b`: their geometric mean, and the larger
+    /// one for moments and adhesion.
+    pub fn combined(self, a: f64, b: f64) -> f64 {
+        match self {
+            Self::RollingFriction | Self::TorsionalFriction | Self::Adhesion => {
+                if b > a {
+                    b
+                } else {
+                    a
+                }
+            }
+            // The root of a square would have another rounding.
+            _ if a == b => a,
+            _ => (a * b).sqrt(),
+        }
     }
 
     /// Coefficient with this name in error messages.

@@ -182,13 +182,12 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Tables<T> {
 const ONE_TABLE: &str = "list, expected a single table";
 
 /// Correct forms of fields. Each has the field, the beginning of the message it replaces, and the form.
-const REMEDIES: [(&str, &str, &str); 6] = [
+const REMEDIES: [(&str, &str, &str); 5] = [
     ("capsule", "invalid", "a capsule is { length = …, radius = … }, m"),
     ("cylinder", "invalid", "a cylinder is { length = …, radius = … }, m"),
     ("cone", "invalid", "a cone is { height = …, radius = … }, m"),
     ("ellipsoid", "invalid", "three half axes [x, y, z], m, are needed"),
     ("ground", "invalid type: boolean", "no ground is `[ground]` with `none = true`"),
-    ("restitution", "unknown field", "use [[restitution]] with its name"),
 ];
 
 /// Prepends the path of the field to `message`, if the path is known. An unknown field gets a hint.

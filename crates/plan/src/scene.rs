@@ -49,7 +49,7 @@ impl PlanProblem {
 /// Writes constants, starts and loads into a document in exact form.
 fn rewrite(document: &mut Document, world: &World, starts: &[State], loads: &[Load]) {
     if let Some(ground) = &mut document.ground {
-        ground.friction = world.friction();
+        ground.friction = Some(world.friction());
         ground.restitution = Some(world.restitution());
         ground.set_plane(world.ground());
     }

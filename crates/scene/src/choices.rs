@@ -1,7 +1,6 @@
 //! Values of flags and scenario fields other than plain numbers.
 
 use serde::{Deserialize, Serialize};
-use tumble_core::contact::detection::Detection;
 
 /// Scene of the tutorial.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -29,7 +28,6 @@ pub enum StartFrame {
 /// Solver of contact steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum SolverName {
     /// Ipopt on the tutorial's nonlinear program.
@@ -38,31 +36,9 @@ pub enum SolverName {
     Native,
 }
 
-/// Criterion for the points that may touch in a step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
-#[serde(rename_all = "kebab-case")]
-pub enum DetectionName {
-    /// Height z ≤ 5 mm at step k.
-    Height,
-    /// Height z ≤ 5 mm at step k, or z ≤ 0 at the end of free flight.
-    Predictive,
-}
-
-impl From<DetectionName> for Detection {
-    fn from(name: DetectionName) -> Self {
-        match name {
-            DetectionName::Height => Self::Height,
-            DetectionName::Predictive => Self::Predictive,
-        }
-    }
-}
-
 /// Named combination of solver settings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum Preset {
     /// Exactly the tutorial's program and settings.
@@ -85,7 +61,6 @@ impl Preset {
 /// Action if a step is not solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum OnFailure {
     /// Try other initial points (the ladder); only with Ipopt.

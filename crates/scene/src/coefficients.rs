@@ -5,11 +5,14 @@ use tumble_core::world::Coefficient;
 /// A value of each coefficient, in the order of [`Coefficient::ALL`].
 pub type Each<T> = [Option<T>; Coefficient::ALL.len()];
 
-/// Defines a table by the macro `$table` that has a field of type `$of` for each coefficient, and others.
+/// Defines a table by the macro `$table` that has a field of type `$of` for each coefficient, and others,
+/// `friction` among them, which `[ground]` requires.
 macro_rules! with_coefficients {
     ($table:ident, $of:ty, $name:ident, $expected:literal { $($fields:tt)* }) => {
         $table!($name, $expected {
             $($fields)*
+            /// Restitution.
+            restitution: Option<$of>,
             /// Static friction.
             static_friction: Option<$of>,
             /// Rolling friction (m).
@@ -24,6 +27,8 @@ macro_rules! with_coefficients {
             /// The coefficients.
             pub fn coefficients(&self) -> crate::coefficients::Each<&$of> {
                 [
+                    self.friction.as_ref(),
+                    self.restitution.as_ref(),
                     self.static_friction.as_ref(),
                     self.rolling_friction.as_ref(),
                     self.torsional_friction.as_ref(),
@@ -35,6 +40,8 @@ macro_rules! with_coefficients {
             pub fn coefficient_mut(&mut self, of: tumble_core::world::Coefficient) -> &mut Option<$of> {
                 use tumble_core::world::Coefficient;
                 match of {
+                    Coefficient::Friction => &mut self.friction,
+                    Coefficient::Restitution => &mut self.restitution,
                     Coefficient::StaticFriction => &mut self.static_friction,
                     Coefficient::RollingFriction => &mut self.rolling_friction,
                     Coefficient::TorsionalFriction => &mut self.torsional_friction,

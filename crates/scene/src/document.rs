@@ -4,22 +4,20 @@
 //! *exact form* has one entry for each body, object and joint, and no files, copies or defaults
 //! ([`Document::exact`]). The world is made of it, and it is written as it is.
 
-use super::bodies::build::{BuiltDocument, build};
 use super::bodies::driven::{DrivenEntry, SurfaceEntry};
-use super::bodies::entries::{ApartEntry, BodyEntry, Files, FixedEntry, PairEntry};
+use super::bodies::entries::{ApartEntry, BodyEntry, FixedEntry, PairEntry};
 use super::bodies::gears::GearEntry;
 use super::bodies::joints::{JointEntry, MotorEntry};
 use super::bodies::terrain::TerrainEntry;
 use super::choices::SolverName;
 use super::coefficients::{table, with_coefficients};
 use super::overrides::FieldOverride;
-use super::robots::entry::RobotEntry;
-use super::tables::{BodyTable, GroundTable, LoadTable, SolverTable, StartTable};
+use super::robots::table::RobotEntry;
+use super::short_form::{BodyTable, StartTable};
+use super::tables::{GroundTable, LoadTable, SolverTable};
 use nalgebra::Vector3;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
-use std::io;
-use std::path::Path;
 use toml::{Table, Value};
 use tumble_core::mechanics::Rotation;
 use tumble_core::world::{Impacts, Integrator};
@@ -31,9 +29,6 @@ pub const USUAL_SEED: u32 = 42;
 
 /// Largest start index k. The times k h of all later steps are still distinct doubles.
 pub const LARGEST_START: u64 = 9_000_000_000_000_000;
-
-/// Name of the body of the short form, and its place in error messages.
-pub const BODY: &str = "body";
 
 /// Fields of a floating body, which has no contact, that flags can set.
 const OF_FLOATING: [&str; 5] = ["steps", "start_index", "seed", "time_step", "gravity"];
@@ -97,11 +92,7 @@ with_coefficients!(table, Vec<PairEntry>, Document, "a scenario" {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     terrain: Vec<TerrainEntry>,
     /// Coefficients of friction of single pairs.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    friction: Vec<PairEntry>,
-    /// Coefficients of restitution of single pairs.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    restitution: Vec<PairEntry>,
+    friction: Option<Vec<PairEntry>>,
     /// Pairs that do not collide, in addition to the pairs joined by joints.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     apart: Vec<ApartEntry>,
@@ -161,17 +152,6 @@ impl Document {
         document.check().map_err(Failure::Input)?;
         document.check_head()?;
         Ok((document, changed))
-    }
-
-    /// Exact form of a document without files.
-    ///
-    /// # Errors
-    /// The first invalid value.
-    pub fn exact(self) -> Result<Self, Failure> {
-        self.check().map_err(Failure::Input)?;
-        let none = |_: &Path, _: u64| Err(io::Error::other("files cannot be read here"));
-        let files = Files { folder: Path::new(""), read: &none };
-        build(self, files).map(|BuiltDocument { document, .. }| document).map_err(Failure::Input)
     }
 
     /// Rejects flags of contact for a body that floats.
@@ -237,7 +217,7 @@ impl Document {
     }
 
     /// Rejects missing tables and tables without effect.
-    fn check(&self) -> Result<(), String> {
+    pub(crate) fn check(&self) -> Result<(), String> {
         let (no_body, no_ground) = (self.body.is_none(), self.ground.is_none());
         let others = [
             ("[[bodies]]", !self.bodies.is_empty()),

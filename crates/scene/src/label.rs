@@ -13,15 +13,6 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 pub fn label(scene: &Scene, constant: Constant, component: usize) -> String {
     let world = &scene.world;
     let body = |index: usize| scene.bodies[index].clone();
-    let pair = |pairs: &[((usize, Partner), f64)]| {
-        let ((first, partner), _) = pairs[component];
-        format!("{} and {}", scene.bodies[first], scene.partner(partner))
-    };
-    // Index of the `component`-th object among those with a value of their own.
-    let among = |has: &dyn Fn(usize) -> bool, count: usize| {
-        (0..count).filter(|index| has(*index)).nth(component).unwrap_or(0)
-    };
-    let bodies = world.bodies();
     let axis = |(joint, axis): (usize, JointAxis)| match axis {
         JointAxis::Linear(k) => format!("{}, along {}", scene.joints[joint], AXES[k]),
         JointAxis::Angular(k) => format!("{}, about {}", scene.joints[joint], AXES[k]),
@@ -39,19 +30,6 @@ pub fn label(scene: &Scene, constant: Constant, component: usize) -> String {
             let (row, column) = (component % 9 / 3, component % 3);
             format!("{}, {}{}", body(component / 9), AXES[row], AXES[column])
         }
-        Constant::BodyFriction => body(among(&|k| bodies[k].friction().is_some(), bodies.len())),
-        Constant::BodyRestitution => {
-            body(among(&|k| bodies[k].restitution().is_some(), bodies.len()))
-        }
-        Constant::FixedFriction => {
-            let fixed = world.fixed().iter().map(|fixed| fixed.friction);
-            let own = fixed.chain(world.terrains().iter().map(|terrain| terrain.friction));
-            let own: Vec<_> = own.collect();
-            scene.fixed[among(&|k| own[k].is_some(), own.len())].clone()
-        }
-        Constant::PairFriction => pair(world.pair_frictions()),
-        Constant::PairRestitution => pair(world.pair_restitutions()),
-        Constant::Coefficient(of) => owner(world.coefficient_owner(of, component)),
         Constant::FrictionFactor => {
             owner(world.friction_axis_owner(component).map(|of| (of, None)))
         }
@@ -79,8 +57,7 @@ pub fn label(scene: &Scene, constant: Constant, component: usize) -> String {
                 world.gears()[component].axes().map(|at| axis((at.joint, at.axis)));
             format!("{first}, with {second}")
         }
-        Constant::Friction | Constant::Restitution | Constant::Ground | Constant::TimeStep => {
-            String::new()
-        }
+        Constant::Ground | Constant::TimeStep => String::new(),
+        of_law => owner(world.coefficient_owner(of_law, component)),
     }
 }

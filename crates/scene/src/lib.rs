@@ -32,6 +32,7 @@ mod scene_text;
 #[cfg(feature = "schema")]
 mod schema;
 pub mod settings;
+mod short_form;
 pub mod solver_choice;
 #[cfg(feature = "statics")]
 pub mod statics;

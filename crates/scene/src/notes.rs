@@ -7,10 +7,11 @@ use super::locks::counted;
 use super::scene::Scene;
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
+use std::sync::Arc;
+use tumble_core::geometry::Terrain;
 use tumble_core::geometry::terrain::TerrainShape;
 use tumble_core::joint::{Drive, Motor};
 use tumble_core::mechanics::RigidBody;
-use tumble_core::world::FixedTerrain;
 use tumble_core::world::constants::extents;
 use tumble_model::shown;
 
@@ -179,8 +180,8 @@ fn is_impossible(body: &RigidBody) -> bool {
 }
 
 /// Note on vertices of a file that were joined.
-fn note_on_terrain((terrain, entry): (&FixedTerrain, &TerrainEntry)) -> Option<String> {
-    let TerrainShape::Mesh(surface) = terrain.terrain.shape() else { return None };
+fn note_on_terrain((terrain, entry): (&Arc<Terrain>, &TerrainEntry)) -> Option<String> {
+    let TerrainShape::Mesh(surface) = terrain.shape() else { return None };
     let name = entry.name.as_deref().unwrap_or_default();
     let count = surface.joined();
     (count > 0).then(|| {

@@ -68,7 +68,7 @@ impl SolverChoice {
             Failure::refuse_idle(&place, &[&others[..], &of_ipopt].concat())?;
             return ipopt::tutorial(preset);
         }
-        let detection = settings.detection.map(Detection::from).unwrap_or_default();
+        let detection = settings.detection.unwrap_or_default();
         if settings.name == Some(SolverName::Ipopt) {
             let residual = [("solver.residual", settings.residual.is_some())];
             Failure::refuse_idle("Ipopt, which has a tolerance; use the native solver", &residual)?;

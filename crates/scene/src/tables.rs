@@ -1,34 +1,15 @@
-//! Tables of a document: the ground, the solver, and the short form of one body.
+//! Tables of a document: the ground, the solver, loads and inertias.
 
-use crate::bodies::entries::{AttitudeEntry, BodyEntry};
-use crate::choices::{DetectionName, OnFailure, Preset, SolverName, StartFrame};
+use crate::choices::{OnFailure, Preset, SolverName};
 use crate::coefficients::{table, with_coefficients};
-use crate::document::BODY;
 use nalgebra::{Matrix3, Vector3};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
+use tumble_core::contact::Detection;
 use tumble_core::error::Error;
 use tumble_core::mechanics::body::solid_box_inertia;
 use tumble_core::mechanics::load::{Load, Polyline};
 use tumble_core::world::{Plane, StickSpeed};
 use tumble_model::fields::{Exactly, Numbers, matrix, numbers};
-
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(expecting = "a table [body]")]
-#[serde(deny_unknown_fields)]
-pub struct BodyTable {
-    /// Sides of a box (m): one number, a cube, or three.
-    #[serde(rename = "box")]
-    sides: Option<Sides>,
-    /// Points that can touch (m), body frame.
-    points: Option<Vec<Numbers<3>>>,
-    /// True for one point in the centre of mass.
-    point_mass: Option<bool>,
-    /// Mass (kg).
-    mass: f64,
-    /// Inertia (kg m²), body frame.
-    inertia: Option<InertiaValue>,
-}
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -67,11 +48,11 @@ pub enum SolidInertia {
 
 with_coefficients!(table, f64, GroundTable, "a table [ground]" {
     /// Coefficient of friction.
-    friction: f64,
+    #[serde(deserialize_with = "given")]
+    #[cfg_attr(feature = "schema", schemars(required))]
+    friction: Option<f64>,
     /// Largest slip with static friction (m/s), or its share over the slip.
     stick_speed: Option<StickSpeed>,
-    /// Coefficient of restitution.
-    restitution: Option<f64>,
     /// Speed below which approaches do not bounce (m/s).
     rebound_speed: Option<f64>,
     /// Angle by which the plane descends towards +x (degrees).
@@ -83,23 +64,6 @@ with_coefficients!(table, f64, GroundTable, "a table [ground]" {
     /// True for a world without a ground.
     none: Option<bool>,
 });
-
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(expecting = "a table [start]")]
-#[serde(deny_unknown_fields)]
-pub struct StartTable {
-    /// Position of the centre of mass (m).
-    position: Numbers<3>,
-    /// Attitude.
-    attitude: Option<AttitudeEntry>,
-    /// Velocity of the centre of mass (m/s).
-    velocity: Option<Numbers<3>>,
-    /// Angular velocity (rad/s), body frame.
-    spin: Option<Numbers<3>>,
-    /// Frame of position, attitude and velocity.
-    frame: Option<StartFrame>,
-}
 
 /// Random attitude.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -145,7 +109,7 @@ pub struct SolverTable {
     /// Preset of all settings.
     pub preset: Option<Preset>,
     /// Criterion for the points that may touch.
-    pub detection: Option<DetectionName>,
+    pub detection: Option<Detection>,
     /// Tolerance of Ipopt.
     pub tolerance: Option<f64>,
     /// Maximum number of Ipopt's iterations.
@@ -154,6 +118,11 @@ pub struct SolverTable {
     pub residual: Option<f64>,
     /// Action if a step is not solved.
     pub on_failure: Option<OnFailure>,
+}
+
+/// Reads a field that is required.
+fn given<'de, D: Deserializer<'de>>(reader: D) -> Result<Option<f64>, D::Error> {
+    f64::deserialize(reader).map(Some)
 }
 
 fn vector(numbers: Numbers<3>) -> Vector3<f64> {
@@ -192,42 +161,10 @@ impl InertiaValue {
     }
 }
 
-impl BodyTable {
-    /// Entry of `[[bodies]]` with the content of these tables.
-    pub fn entry(self, start: StartTable, load: Option<LoadTable>) -> BodyEntry {
-        let sides = self.sides.as_ref().map(Sides::vector);
-        let inertia = match &sides {
-            Some(sides) => {
-                let given = self.inertia.unwrap_or(InertiaValue::Word(SolidInertia::Solid));
-                Some(given.for_box(self.mass, sides))
-            }
-            None => self.inertia,
-        };
-        BodyEntry {
-            name: Some(BODY.to_owned()),
-            cuboid: sides.map(|sides| Sides::Box(numbers(&sides))),
-            points: self.points,
-            point_mass: self.point_mass,
-            mass: Some(self.mass),
-            inertia,
-            load,
-            position: start.position,
-            attitude: start.attitude.map(|attitude| match attitude {
-                AttitudeEntry::Word(_) => AttitudeEntry::Word(Random::Tutorial),
-                given => given,
-            }),
-            velocity: start.velocity,
-            spin: start.spin,
-            frame: start.frame,
-            ..BodyEntry::default()
-        }
-    }
-}
-
 impl GroundTable {
     /// Table of a world without a ground.
     pub fn none() -> Self {
-        Self { none: Some(true), ..Self::default() }
+        Self { friction: Some(0.0), none: Some(true), ..Self::default() }
     }
 
     /// Sets the plane of the ground in numbers; `None` for no ground.

@@ -134,12 +134,12 @@ impl Film {
         let mut names = document.fixed_names();
         let pieces = world.fixed().iter().zip(names.by_ref()).map(|(fixed, name)| Object {
             name: name.to_owned(),
-            shapes: vec![Shape::from(&fixed.piece)],
+            shapes: vec![Shape::from(fixed)],
             ..Object::default()
         });
         let pieces: Vec<_> = pieces.collect();
         let terrains = world.terrains().iter().zip(names);
-        let terrains = terrains.map(|(of, name)| terrain::object(name, &of.terrain));
+        let terrains = terrains.map(|(of, name)| terrain::object(name, of));
         let mut film = Self {
             title: String::new(),
             variant: String::new(),

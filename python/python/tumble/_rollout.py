@@ -153,8 +153,8 @@ def rollout(
         - ``friction`` (B,), ``restitution`` (B,);
         - ``mass`` (B, N) in kg, which scales the inertia unless that is also set;
         - ``inertia`` (B, N, 3, 3) in kg m², ``gravity`` (B, 3) in m/s², ``time_step`` (B,) in s;
-        - ``body_friction``, ``body_restitution``, ``fixed_friction``, ``pair_friction``,
-          ``pair_restitution``, ``static_friction``, ``rolling_friction``,
+        - ``body_friction``, ``body_restitution``, ``fixed_friction``, ``fixed_restitution``,
+          ``pair_friction``, ``pair_restitution``, ``static_friction``, ``rolling_friction``,
           ``torsional_friction``, ``adhesion`` (N), ``friction_factor``: (B, number of coefficients in the scene);
         - ``joint_friction``, ``joint_stiffness``, ``joint_rest``, ``joint_damping``,
           ``joint_force`` and ``armature`` (B, D);

@@ -24,7 +24,7 @@ fn world_of(bodies: usize) -> World {
         time_step: 0.01,
         ..Parameters::new(vec![RigidBody::solid_box(1.0, Vector3::repeat(0.5)).unwrap(); bodies])
     };
-    World::new(parameters).unwrap().with_restitution(0.5).unwrap()
+    World::new(parameters).unwrap().with_coefficient(Coefficient::Restitution, 0.5).unwrap()
 }
 
 /// Stacked cubes that fall.
@@ -430,7 +430,9 @@ fn empty_lists_and_missing_parts_are_refused() {
             World::new(parameters).is_err()
         }),
         ("a pair of nothing", {
-            world_of(2).with_friction_between(2, Partner::Body(0), 0.1).is_err()
+            world_of(2)
+                .with_coefficient_between(Coefficient::Friction, 2, Partner::Body(0), 0.1)
+                .is_err()
         }),
     ] {
         assert!(refused, "{name}");

@@ -33,7 +33,11 @@ fn look_at_solvers(
         let world_of = |bodies| {
             let world = world_of(bodies);
             // Ipopt's program has no restitution.
-            if of_one_world { world.with_restitution(0.0).unwrap() } else { world }
+            if of_one_world {
+                world.with_coefficient(Coefficient::Restitution, 0.0).unwrap()
+            } else {
+                world
+            }
         };
         let world = world_of(bodies);
         let (good, wrenches) = (tower(bodies), vec![Wrench::zero(); bodies]);

@@ -5,7 +5,6 @@ use super::{on_a_slope, scenario, step, transposes};
 use crate::common::prelude::*;
 use std::path::Path;
 use tumble_core::solver::native::Smoothing;
-use tumble_core::world::Coefficient;
 
 const MASS: f64 = 2.0;
 const H: f64 = 0.002;
@@ -127,7 +126,7 @@ fn a_ball_on_the_central_path_has_its_derivatives() {
 fn a_ball_that_bounces_has_its_derivatives() {
     let (restitution, z) = (0.5, -1.0);
     let (world, states) = ball(0.0, Vector3::new(0.0, 0.0, z), 0.0);
-    let scene = (world.with_restitution(restitution).unwrap(), states);
+    let scene = (world.with_coefficient(Coefficient::Restitution, restitution).unwrap(), states);
     for speed in [1e-3, 1e-1] {
         let (mut derivative, _, record) = centred(&scene, speed);
         assert!((record.next_states()[0].velocity[2] - 0.5).abs() < 1e-9);

@@ -161,7 +161,10 @@ fn a_batch_has_the_numbers_of_a_loop_on_any_number_of_threads() {
             time_step: time_step[b],
             ..world.parameters().clone()
         });
-        native(&world.unwrap().with_restitution(restitution[b]).unwrap(), *start)
+        native(
+            &world.unwrap().with_coefficient(Coefficient::Restitution, restitution[b]).unwrap(),
+            *start,
+        )
     });
     let expected = looped(simulations.collect(), push);
     // 1 is the index of `Converged` in `StepStatus::ALL`: a solved step with contacts.
@@ -325,13 +328,19 @@ fn constants_are_read_as_they_are_set() {
     let refused = |world: &World, constant: Constant| {
         world.with_constants(&[(constant, &[0.5])]).unwrap_err().to_string()
     };
-    let paired = world.clone().with_friction_between(0, Partner::Ground, 0.7).unwrap();
+    let paired = world
+        .clone()
+        .with_coefficient_between(Coefficient::Friction, 0, Partner::Ground, 0.7)
+        .unwrap();
     assert!(
         refused(&paired, Constant::Friction)
             .starts_with("friction: some pairs have their own coefficients")
     );
     assert!(paired.with_constants(&[(Constant::Restitution, &[0.5])]).is_ok());
-    let paired = world.clone().with_restitution_between(0, Partner::Ground, 0.7).unwrap();
+    let paired = world
+        .clone()
+        .with_coefficient_between(Coefficient::Restitution, 0, Partner::Ground, 0.7)
+        .unwrap();
     assert!(
         refused(&paired, Constant::Restitution)
             .starts_with("restitution: some pairs have their own coefficients")

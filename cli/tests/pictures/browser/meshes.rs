@@ -128,8 +128,7 @@ fn coloured_share(browser: &Browser) -> f64 {
 fn robot_meshes_are_simplified_to_the_triangle_budget() {
     let pages = Pages::new();
     let robot = write_robot(pages.path("robot.urdf").parent().unwrap());
-    let page =
-        pages.simulate("rings", &["--scenario", robot.to_str().unwrap(), "--steps", "50"], 0);
+    let page = pages.simulate("rings", &[robot.to_str().unwrap(), "--steps", "50"], 0);
     let browser = Browser::start(1280, 800);
     browser.open(&page);
     browser.screenshot("meshes-robot");

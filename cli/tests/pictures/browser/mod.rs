@@ -161,7 +161,7 @@ fn page_orbits_zooms_and_shows_selected_layers() {
 fn pictures_in_the_documents_match_the_pages() {
     let pages = Pages::new();
     let arch = format!("{}/scenarios/arch.toml", crate::ROOT);
-    let arch = pages.simulate("arch", &["--scenario", &arch, "--solver", "native"], 0);
+    let arch = pages.simulate("arch", &[&arch, "--solver", "native"], 0);
     for (name, page, time) in [("view", pages.drop(), IMPACT), ("arch", arch, 1.0)] {
         let browser = Browser::start(1280, 800);
         browser.open(&page);

@@ -40,7 +40,7 @@ fn small_and_floating_bodies_have_readable_pages() {
     assert!(!facts.as_str().unwrap().contains("friction"), "{facts}");
     // A page with two different grounds names the one in the common view.
     let slope = format!("{ROOT}/scenarios/slope.toml");
-    pages.simulate("slope", &["--scenario", &slope, "--steps", "50"], 0);
+    pages.simulate("slope", &[&slope, "--steps", "50"], 0);
     let a = pages.path("slope").join("states.csv");
     let b = pages.path("small").join("states.csv");
     let out = pages.path("grounds");

@@ -89,7 +89,7 @@ impl Colliders {
         let mut terrains = Vec::new();
         for terrain in world.terrains() {
             terrains.push(next);
-            next += terrain.terrain.count();
+            next += terrain.count();
         }
         terrains.push(next);
         Self { list, terrains, fixed: world.fixed().len() }
@@ -122,7 +122,7 @@ impl Colliders {
     pub(crate) fn are_of(&self, world: &World) -> bool {
         let counts = self.terrains.windows(2).map(|two| two[1] - two[0]);
         colliders_of(world).eq(self.list.iter().copied())
-            && world.terrains().iter().map(|terrain| terrain.terrain.count()).eq(counts)
+            && world.terrains().iter().map(|terrain| terrain.count()).eq(counts)
     }
 
     /// Index and first number of each terrain as a fixed collider.
@@ -180,10 +180,7 @@ pub(crate) fn placed<'a>(
 
 /// Piece of a fixed collider that exists.
 fn fixed(world: &World, index: usize, number: usize) -> &Piece {
-    match world.fixed().get(index) {
-        Some(fixed) => &fixed.piece,
-        None => world.fixed_piece(index, number).expect("the broad phase lists pieces that exist"),
-    }
+    world.fixed_piece(index, number).expect("the broad phase lists pieces that exist")
 }
 
 /// Pose of fixed pieces.

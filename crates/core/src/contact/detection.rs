@@ -18,6 +18,9 @@ const TILTED: f64 = 0.02;
 
 /// Rule that selects candidate points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Detection {
     /// The tutorial's rule: a height of at most [`CONTACT_BAND`] at step k. A fast point can jump
     /// the band in one step. If a solver then clamps its force to zero, the step has no solution.

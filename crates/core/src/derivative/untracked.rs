@@ -51,7 +51,7 @@ pub(crate) fn nearest_untracked(
     let fixed = world.fixed().iter().enumerate();
     let all: Vec<_> = (0..poses.len())
         .flat_map(of_body)
-        .chain(fixed.map(|(index, fixed)| (Partner::Fixed(index), 0, &fixed.piece)))
+        .chain(fixed.map(|(index, fixed)| (Partner::Fixed(index), 0, fixed)))
         .map(|(of, number, piece)| (placed(of, number, piece), piece))
         .collect();
     // Pieces of bodies come first, so that the loops end at the first fixed one.
@@ -72,8 +72,8 @@ pub(crate) fn nearest_untracked(
                 continue;
             }
             let pose = at(&a.0);
-            terrain.terrain.visit(&Aabb::from_piece(of_a, pose).grown(nearest), |triangle| {
-                let Some(facet) = terrain.terrain.piece(triangle) else { return };
+            terrain.visit(&Aabb::from_piece(of_a, pose).grown(nearest), |triangle| {
+                let Some(facet) = terrain.piece(triangle) else { return };
                 let found =
                     signed_distance((*of_a, pose), (facet, &still), &mut hint, &mut scratch);
                 nearest = nearest.min(found.distance.abs());

@@ -17,8 +17,6 @@ pub struct RigidBody {
     pieces: Vec<Piece>,
     /// Index of the contact point of each piece's first vertex.
     first_points: Vec<usize>,
-    friction: Option<f64>,
-    restitution: Option<f64>,
     reach: f64,
 }
 
@@ -133,8 +131,6 @@ impl RigidBody {
             contact_points: points,
             pieces: Vec::new(),
             first_points: Vec::new(),
-            friction: None,
-            restitution: None,
             reach,
         })
     }
@@ -182,26 +178,6 @@ impl RigidBody {
         let points = self.contact_points.clone();
         let Self { matter, .. } = Self::with_points(mass, inertia, points)?;
         Ok(Self { matter, ..self.clone() })
-    }
-
-    /// Returns this body with its own coefficient of friction, instead of the
-    /// [world's](crate::world::World::friction).
-    ///
-    /// # Errors
-    /// [`Error::OutOfRange`] if the coefficient is outside 0…10.
-    pub fn with_friction(self, friction: f64) -> Result<Self, Error> {
-        in_range("coefficient of friction", friction, 0.0, 10.0, "0 to 10")?;
-        Ok(Self { friction: Some(friction), ..self })
-    }
-
-    /// Returns this body with its own coefficient of restitution, instead of the
-    /// [world's](crate::world::World::restitution).
-    ///
-    /// # Errors
-    /// [`Error::OutOfRange`] if the coefficient is outside 0…1.
-    pub fn with_restitution(self, restitution: f64) -> Result<Self, Error> {
-        in_range("coefficient of restitution", restitution, 0.0, 1.0, "0 to 1")?;
-        Ok(Self { restitution: Some(restitution), ..self })
     }
 
     /// Creates a box with a contact point at every corner and with the half sides `half_sides` (m).
@@ -299,16 +275,6 @@ impl RigidBody {
         self.first_points[piece] + vertices + 2 * one
     }
 
-    /// Own coefficient of friction, if any.
-    pub fn friction(&self) -> Option<f64> {
-        self.friction
-    }
-
-    /// Own coefficient of restitution, if any.
-    pub fn restitution(&self) -> Option<f64> {
-        self.restitution
-    }
-
     /// Reach ℓ (m): the largest |coordinate| of a contact point plus its radius. The certificate
     /// converts angles to distances with it. It is 1 m for a point mass.
     pub fn reach(&self) -> f64 {
@@ -346,8 +312,6 @@ impl RigidBody {
             contact_points: contact_points.collect(),
             pieces: Vec::new(),
             first_points: Vec::new(),
-            friction: self.friction,
-            restitution: self.restitution,
             reach: self.reach / length,
         }
     }

@@ -97,7 +97,7 @@ impl<'a> Query<'a> {
     fn terrains(&self) -> impl Iterator<Item = (Partner, &'a Terrain)> {
         let first = self.world.fixed().len();
         let terrains = self.world.terrains().iter().enumerate();
-        terrains.map(move |(index, terrain)| (Partner::Fixed(first + index), &*terrain.terrain))
+        terrains.map(move |(index, terrain)| (Partner::Fixed(first + index), &**terrain))
     }
 
     /// Owner of the collider `index`.

@@ -25,7 +25,7 @@ impl Simulation<'_> {
         self.add_body_with(body, state, Touching::default())
     }
 
-    /// Adds `body` with the contact exclusions `touching`; see [`Simulation::add_body`].
+    /// Adds `body` with the contact exclusions and coefficients `touching`; see [`Simulation::add_body`].
     ///
     /// # Errors
     /// Same as [`Simulation::add_body`].

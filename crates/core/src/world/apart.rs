@@ -1,6 +1,6 @@
 //! Exclusion of contacts between pairs, by bodies, and by collision groups.
 
-use super::laws::ordered;
+use super::ordered;
 use super::{GroupMasks, World};
 use crate::error::Error;
 use crate::partner::Partner;

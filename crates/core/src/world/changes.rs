@@ -1,6 +1,5 @@
 //! Changes of a world during a simulation: added, removed and held bodies, and moving surfaces.
 
-use super::laws::PairLaws;
 use super::{GroupMasks, Partner, SurfaceMotion, World};
 use crate::error::{Error, all_in_range};
 use crate::joint::{Gear, Joint, Knots};
@@ -143,23 +142,13 @@ impl World {
             };
             Some((number(a)?, partner))
         };
-        // Laws of pairs and of owners
-        let pairs = |pairs: &PairLaws| {
-            let pair = |(pair, value): &((usize, Partner), f64)| Some((renumbered(pair)?, *value));
-            pairs.iter().filter_map(pair).collect()
-        };
         let untouched = self.untouched.iter().filter_map(|body| number(*body)).collect();
         let kept_apart = self.kept_apart.iter().filter_map(renumbered).collect();
-        let pair_frictions = pairs(&self.pair_frictions);
-        let pair_restitutions = pairs(&self.pair_restitutions);
         let owner = |owner: Partner| match owner {
             Partner::Body(index) => Some(Partner::Body(number(index)?)),
             fixed => Some(fixed),
         };
-        let coefficients = self
-            .coefficients
-            .as_ref()
-            .map(|all| Box::new(all.each_ref().map(|of| of.renumbered(owner, pairs))));
+        let coefficients = self.coefficients.each_ref().map(|of| of.renumbered(owner, renumbered));
         let friction_axes = self.renumbered_axes(owner);
         let groups = self.groups.as_ref().map(|groups| Box::new(groups.without(body)));
         let groups = groups.and_then(GroupMasks::if_any);
@@ -171,10 +160,8 @@ impl World {
             speed_scale,
             held,
             surfaces: self.surfaces.iter().filter_map(surface).collect(),
-            pair_frictions,
             coefficients,
             friction_axes,
-            pair_restitutions,
             kept_apart,
             untouched,
             groups,

@@ -17,8 +17,8 @@ pub use super::reshape::extents;
 /// | `Coefficient` | all [coefficients](World::with_coefficient) of a law: of the world, of fixed pieces, of bodies, of pairs | factor on the world's |
 /// | `FrictionFactor` | factor along each [friction axis](World::friction_axes) | factor on the world's |
 /// | `BodyFriction`, `BodyRestitution` | μ and e of each body with its own coefficient | factor on the world's |
-/// | `FixedFriction` | μ of each fixed piece with its own coefficient | factor on the world's |
-/// | `PairFriction`, `PairRestitution` | μ and e of each pair with [its own coefficient](World::pair_frictions) | factor on the world's |
+/// | `FixedFriction`, `FixedRestitution` | μ and e of each fixed piece with its own coefficient | factor on the world's |
+/// | `PairFriction`, `PairRestitution` | μ and e of each pair with its own coefficient | factor on the world's |
 /// | `Mass` | mass of every body (kg) | factor on the world's |
 /// | `Inertia` | inertia of every body (kg m²), body frame, 3 × 3 matrices | factor on the world's |
 /// | `Size` | scale factor of the extents of every body; mass and inertia stay | the same factor for all |
@@ -47,9 +47,11 @@ pub enum Constant {
     BodyRestitution,
     /// μ of each fixed piece with its own coefficient, in order of the pieces.
     FixedFriction,
-    /// μ of each pair in [`World::pair_frictions`], in that order.
+    /// e of each fixed piece with its own coefficient, in order of the pieces.
+    FixedRestitution,
+    /// μ of each pair with its own coefficient, in order of the pairs.
     PairFriction,
-    /// e of each pair in [`World::pair_restitutions`], in that order.
+    /// e of each pair with its own coefficient, in order of the pairs.
     PairRestitution,
     /// Mass of every body (kg). The inertia scales with it, as with a change of density.
     Mass,
@@ -102,7 +104,7 @@ pub enum Constant {
 
 impl Constant {
     /// All constants.
-    pub const ALL: [Self; 33] = [
+    pub const ALL: [Self; 34] = [
         Self::Friction,
         Self::Restitution,
         Self::Coefficient(Coefficient::StaticFriction),
@@ -113,6 +115,7 @@ impl Constant {
         Self::BodyFriction,
         Self::BodyRestitution,
         Self::FixedFriction,
+        Self::FixedRestitution,
         Self::PairFriction,
         Self::PairRestitution,
         Self::Mass,
@@ -148,6 +151,7 @@ impl Constant {
             Self::BodyFriction => "body_friction",
             Self::BodyRestitution => "body_restitution",
             Self::FixedFriction => "fixed_friction",
+            Self::FixedRestitution => "fixed_restitution",
             Self::PairFriction => "pair_friction",
             Self::PairRestitution => "pair_restitution",
             Self::Mass => "mass",
@@ -227,8 +231,6 @@ impl Constant {
     pub fn values(self, world: &World) -> Vec<f64> {
         let each = |of: &dyn Fn(&RigidBody) -> f64| world.bodies().iter().map(of).collect();
         match self {
-            Self::Friction => vec![world.friction()],
-            Self::Restitution => vec![world.restitution()],
             Self::Mass => each(&RigidBody::mass),
             Self::Inertia => {
                 let rows = |body: &RigidBody| body.inertia().transpose();
@@ -239,6 +241,7 @@ impl Constant {
             Self::Gravity => world.gravity().as_slice().to_vec(),
             Self::Ground => vec![0.0],
             Self::TimeStep => vec![world.time_step()],
+            Self::Friction | Self::Restitution => self.law_values(world),
             law if law.is_of_laws() => law.law_values(world),
             joint => joint.joint_values(world),
         }
@@ -301,10 +304,16 @@ impl World {
         };
         // Constants of the whole world
         let mut parameters = self.parameters().clone();
-        if let Some(friction) = value(Constant::Friction) {
-            let all = self.pair_frictions().is_empty() || value(Constant::PairFriction).is_some();
-            refuse_pairs("friction", all)?;
-            parameters.friction = friction[0];
+        for (constant, law, pairs) in [
+            (Constant::Friction, Coefficient::Friction, Constant::PairFriction),
+            (Constant::Restitution, Coefficient::Restitution, Constant::PairRestitution),
+        ] {
+            let has_others = self.coefficients(law).has_pairs() && value(pairs).is_none();
+            if value(constant).is_some() && has_others {
+                let why = "some pairs have their own coefficients, which this constant does not \
+                           change; add pair_friction or pair_restitution, or remove these pairs";
+                return Err(Error::Unsupported { what: law.name(), why });
+            }
         }
         if let Some(step) = value(Constant::TimeStep) {
             parameters.time_step = step[0];
@@ -324,20 +333,9 @@ impl World {
         // Constants of bodies, laws and joints
         self.set_bodies(value, &mut parameters)?;
         let mut world = self.with_parameters(parameters)?;
-        world.set_laws(value)?;
+        world.set_laws(given)?;
         let of_joints = given.iter().any(|(constant, _)| constant.is_of_joints());
-        let world = if of_joints { world.with_joint_constants(value)? } else { world };
-        match value(Constant::Restitution) {
-            Some(restitution) => {
-                let pairs = value(Constant::PairRestitution);
-                refuse_pairs(
-                    "restitution",
-                    self.pair_restitutions().is_empty() || pairs.is_some(),
-                )?;
-                world.with_restitution(restitution[0])
-            }
-            None => Ok(world),
-        }
+        if of_joints { world.with_joint_constants(value) } else { Ok(world) }
     }
 
     /// Sets shapes, masses and inertias.
@@ -369,10 +367,4 @@ impl World {
         }
         Ok(())
     }
-}
-
-fn refuse_pairs(what: &'static str, are_none: bool) -> Result<(), Error> {
-    let why = "some pairs have their own coefficients, which this constant does not change; add \
-               pair_friction or pair_restitution, or remove these pairs";
-    if are_none { Ok(()) } else { Err(Error::Unsupported { what, why }) }
 }

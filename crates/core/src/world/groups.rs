@@ -2,7 +2,7 @@
 
 use super::World;
 use crate::error::Error;
-use crate::partner::Partner;
+use crate::partner::{Coefficient, Partner};
 
 /// Collision groups of a body, a fixed piece or the ground, as bit masks.
 ///
@@ -40,13 +40,15 @@ impl Groups {
     }
 }
 
-/// Contact exclusions of a body that is added to a simulation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// Contact exclusions and coefficients of a body that is added to a simulation.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Touching {
     /// Collision groups.
     pub groups: Groups,
     /// True if all contacts of the body are excluded, see [`World::with_untouched`].
     pub untouched: bool,
+    /// Own coefficients.
+    pub coefficients: Vec<(Coefficient, f64)>,
 }
 
 /// Groups of all objects. Objects beyond the end of a list have the defaults, and no list ends with
@@ -161,15 +163,21 @@ impl World {
         bodies.iter().all(apart)
     }
 
-    /// Contact exclusions of `body` other than pairs, joints and holds.
+    /// Contact exclusions of `body` other than pairs, joints and holds, and its coefficients.
     pub fn touching_of(&self, body: usize) -> Touching {
         let untouched = self.untouched.binary_search(&body).is_ok();
-        Touching { groups: self.groups_of(Partner::Body(body)), untouched }
+        let owner = Partner::Body(body);
+        let coefficients = self.coefficients_of(owner);
+        Touching { groups: self.groups_of(owner), untouched, coefficients }
     }
 
-    /// Returns this world with the contact exclusions of `body`.
+    /// Returns this world with the contact exclusions and the coefficients of `body`.
     pub(crate) fn with_touching(self, body: usize, touching: Touching) -> Result<Self, Error> {
-        let world = self.with_groups(Partner::Body(body), touching.groups)?;
+        let owner = Partner::Body(body);
+        let mut own = touching.coefficients.into_iter();
+        let world = self.with_groups(owner, touching.groups)?;
+        let world =
+            own.try_fold(world, |world, (of, value)| world.with_coefficient_of(of, owner, value))?;
         if touching.untouched { world.with_untouched(body) } else { Ok(world) }
     }
 }

@@ -11,12 +11,10 @@ mod groups;
 mod half_kicks;
 mod joint_constants;
 mod law_constants;
-mod laws;
 pub mod plane;
 pub(crate) mod reshape;
 mod static_friction;
 mod terrain;
-mod turning_friction;
 
 use crate::kinematics::StepMap;
 pub use crate::partner::{
@@ -25,25 +23,24 @@ pub use crate::partner::{
 pub(crate) use apart::KnownSeparations;
 pub(crate) use changes::Changeable;
 pub(crate) use changes::without;
-use coefficients::LawCoefficients;
+pub(crate) use coefficients::ordered;
+use coefficients::{Coefficients, LawCoefficients};
 pub use constants::Constant;
 pub(crate) use groups::GroupMasks;
 pub use groups::{Groups, Touching};
 pub(crate) use law_constants::LawSlopes;
-use laws::PairLaws;
-pub(crate) use laws::ordered;
 pub use plane::Plane;
 pub use static_friction::StickSpeed;
-pub use terrain::FixedTerrain;
 
 use crate::error::{Error, all_in_range, in_range};
-use crate::geometry::Piece;
+use crate::geometry::{Piece, Terrain};
 use crate::joint::{Gear, HeldBack, Joint, JointForce, angles_near};
 use crate::mechanics::dynamics;
 use crate::mechanics::{Pose, RigidBody, Rotation, State, Wrench};
 use crate::sets::DisjointSets;
 use nalgebra::Vector3;
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// Constants of a [`World`], unchecked.
 #[derive(Debug, Clone, PartialEq)]
@@ -113,11 +110,6 @@ impl Integrator {
             Self::Leapfrog => "leapfrog",
         }
     }
-
-    /// Integrator with the name `name`.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|integrator| integrator.name() == name)
-    }
 }
 
 /// When abrupt changes of velocity happen: impacts, ends of slips and stops of joints.
@@ -134,9 +126,6 @@ pub enum Impacts {
 }
 
 impl Impacts {
-    /// All choices.
-    pub const ALL: [Self; 2] = [Self::Stepped, Self::Located];
-
     /// Name in files and flags.
     pub fn name(self) -> &'static str {
         match self {
@@ -144,20 +133,6 @@ impl Impacts {
             Self::Located => "located",
         }
     }
-
-    /// Choice with the name `name`.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|impacts| impacts.name() == name)
-    }
-}
-
-/// A static piece of the world: a step, a ramp, a wall, a part of a bowl.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Fixed {
-    /// Geometry in the world frame.
-    pub piece: Piece,
-    /// Own coefficient of friction, instead of the world's.
-    pub friction: Option<f64>,
 }
 
 /// Rigid bodies with their collision geometry, joints and contact laws: the constants of every
@@ -165,8 +140,8 @@ pub struct Fixed {
 #[derive(Debug, Clone, PartialEq)]
 pub struct World {
     parameters: Parameters,
-    fixed: Vec<Fixed>,
-    terrains: Vec<FixedTerrain>,
+    fixed: Vec<Piece>,
+    terrains: Vec<Arc<Terrain>>,
     joints: Vec<Joint>,
     /// For each body, the number of the bodies that joints fix to each other, and 0 for those fixed in the
     /// world. Bodies beyond the list are free.
@@ -184,15 +159,11 @@ pub struct World {
     held: Vec<bool>,
     /// Motions of surfaces, each with its collider.
     surfaces: Vec<(Partner, SurfaceMotion)>,
-    pair_frictions: PairLaws,
-    /// Coefficients of laws, if any is set.
-    coefficients: Option<Box<LawCoefficients>>,
+    coefficients: LawCoefficients,
     /// Slip up to which contacts stick, set by the user (m/s).
     stick_speed: StickSpeed,
     /// Axes of surfaces whose friction depends on the direction, sorted by owner.
     friction_axes: Vec<(Partner, FrictionAxis)>,
-    restitution: f64,
-    pair_restitutions: PairLaws,
     /// Rebound speed set by the user.
     rebound_speed: Option<f64>,
     integrator: Integrator,
@@ -250,6 +221,9 @@ impl World {
 
     /// World of these bodies alone.
     fn from_parameters(parameters: Parameters, reach: f64, speed_scale: f64) -> Self {
+        let mut coefficients = LawCoefficients::default();
+        coefficients[Coefficient::Friction as usize] = Coefficients::for_world(parameters.friction);
+        coefficients[Coefficient::Restitution as usize] = Coefficients::for_world(0.0);
         Self {
             integrator: Integrator::usual(parameters.rotation),
             parameters,
@@ -264,12 +238,9 @@ impl World {
             groups: None,
             held: Vec::new(),
             surfaces: Vec::new(),
-            pair_frictions: PairLaws::new(),
-            coefficients: None,
+            coefficients,
             stick_speed: StickSpeed::default(),
             friction_axes: Vec::new(),
-            restitution: 0.0,
-            pair_restitutions: PairLaws::new(),
             rebound_speed: None,
             accuracy: None,
             impacts: Impacts::Stepped,
@@ -280,15 +251,11 @@ impl World {
         }
     }
 
-    /// Returns this world with the static pieces `fixed`.
-    ///
-    /// # Errors
-    /// [`Error::OutOfRange`] if a coefficient of friction is outside 0…10.
-    pub fn with_fixed(self, fixed: Vec<Fixed>) -> Result<Self, Error> {
-        for friction in fixed.iter().filter_map(|fixed| fixed.friction) {
-            in_range("coefficient of friction", friction, 0.0, 10.0, "0 to 10")?;
-        }
-        Ok(Self { fixed, ..self })
+    /// Returns this world with the static pieces `fixed`, in the world frame: steps, ramps, walls, parts of
+    /// a bowl.
+    #[must_use]
+    pub fn with_fixed(self, fixed: Vec<Piece>) -> Self {
+        Self { fixed, ..self }
     }
 
     /// Returns this world with `joints` and without gears. Bodies connected by a joint do not touch
@@ -381,13 +348,14 @@ impl World {
             return Err(Error::Count { field: "bodies", count, allowed: "as many as before" });
         }
         let Self { parameters, reach, speed_scale, .. } = Self::new(parameters)?;
+        let friction = parameters.friction;
         let mut world = Self { parameters, reach, speed_scale, ..self.clone() };
         world.set_middles();
-        Ok(world)
+        world.with_coefficient(Coefficient::Friction, friction)
     }
 
     /// Static convex pieces.
-    pub fn fixed(&self) -> &[Fixed] {
+    pub fn fixed(&self) -> &[Piece] {
         &self.fixed
     }
 
@@ -409,11 +377,6 @@ impl World {
     /// Gravity g (m/s²), world frame.
     pub fn gravity(&self) -> &Vector3<f64> {
         &self.parameters.gravity
-    }
-
-    /// Default coefficient of friction μ.
-    pub fn friction(&self) -> f64 {
-        self.parameters.friction
     }
 
     /// Time step h (s).
@@ -689,9 +652,7 @@ impl World {
         let speed_scale = self.speed_scale * time / length;
         Self {
             held: self.held.clone(),
-            pair_frictions: self.pair_frictions.clone(),
-            restitution: self.restitution,
-            pair_restitutions: self.pair_restitutions.clone(),
+            coefficients: self.coefficients.clone(),
             rebound_speed: self.rebound_speed.map(|speed| speed * time / length),
             ..Self::from_parameters(parameters, self.reach / length, speed_scale)
         }

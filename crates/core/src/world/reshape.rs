@@ -93,7 +93,7 @@ impl Form {
     }
 
     /// Copy of `body`, which has this form, with another size and radius (m). It keeps its mass,
-    /// inertia and coefficients.
+    /// inertia.
     pub(crate) fn reshaped(
         &self,
         body: &RigidBody,
@@ -103,8 +103,8 @@ impl Form {
         in_range("size, relative to the body's own", size, 0.01, 100.0, "0.01 to 100")?;
         let (mass, inertia) = (body.mass(), *body.inertia());
         let one = |piece: Piece| RigidBody::from_pieces(mass, inertia, vec![piece]);
-        let mut new = match *self {
-            // Corners of a rounded box: the outer size scales, and the core is what the radius leaves.
+        // Corners of a rounded box: the outer size scales, and the core is what the radius leaves.
+        match *self {
             Self::Corners { extents, radius } => {
                 let least = size * extents.min();
                 let new_radius = new_radius.unwrap_or(radius);
@@ -115,9 +115,9 @@ impl Form {
                 let moved = |point: &ContactPoint| point.position.component_mul(&factor);
                 let corners: Vec<_> = body.contact_points().iter().map(moved).collect();
                 if new_radius > 0.0 || !body.pieces().is_empty() {
-                    one(Piece::hull(&corners, new_radius)?)?
+                    one(Piece::hull(&corners, new_radius)?)
                 } else {
-                    RigidBody::new(mass, inertia, &corners)?
+                    RigidBody::new(mass, inertia, &corners)
                 }
             }
             // Ball or capsule: the length of the core is what the new radius leaves.
@@ -126,7 +126,7 @@ impl Form {
                 let most = size * (half + radius);
                 in_range("radius (m)", new_radius, 1e-6, most, "1e-6 to half the length")?;
                 let factor = if half > 0.0 { (most - new_radius) / half } else { 1.0 };
-                one(body.pieces()[0].scaled(factor, new_radius)?)?
+                one(body.pieces()[0].scaled(factor, new_radius)?)
             }
             Self::Smooth => {
                 if new_radius.is_some_and(|radius| radius != 0.0) {
@@ -135,15 +135,8 @@ impl Form {
                     return Err(Error::Unsupported { what: "radius", why });
                 }
                 let piece = &body.pieces()[0];
-                one(piece.scaled(size, piece.radius() * size)?)?
+                one(piece.scaled(size, piece.radius() * size)?)
             }
-        };
-        if let Some(friction) = body.friction() {
-            new = new.with_friction(friction)?;
-        }
-        match body.restitution() {
-            Some(restitution) => new.with_restitution(restitution),
-            None => Ok(new),
         }
     }
 }

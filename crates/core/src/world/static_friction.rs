@@ -1,14 +1,11 @@
 //! Static friction: coefficients of contacts that did not slip in the step before.
 
-use super::coefficients::Coefficients;
-use super::laws::find_pair;
-use super::{Coefficient, Constant, Partner, World};
+use super::law_constants::Slot;
+use super::{Coefficient, Partner, World};
 use crate::error::{Error, in_range};
 
 /// Slip up to which a contact has its static coefficient, unless another one is set (m/s).
 const STICK_SPEED: f64 = 1e-6;
-
-const STATIC: Constant = Constant::Coefficient(Coefficient::StaticFriction);
 
 /// Share of the static coefficient of friction over the slip at the start of a step (eq. 42).
 #[derive(Debug, Clone, PartialEq)]
@@ -102,33 +99,31 @@ impl World {
         let kinetic = self.friction_between(body, partner);
         let friction = match self.pair_static(body, partner) {
             Some((.., friction)) => friction,
-            None if find_pair(&self.pair_frictions, body, partner).is_some() => kinetic,
+            None if self.coefficients(Coefficient::Friction).between(body, partner).is_some() => {
+                kinetic
+            }
             None => {
                 let [a, b] = [Partner::Body(body), partner].map(|owner| self.own_static(owner).2);
-                if a == b { a } else { (a * b).sqrt() }
+                Coefficient::StaticFriction.combined(a, b)
             }
         };
         (friction > kinetic).then_some(friction)
     }
 
-    /// Static coefficient of an owner: its constant, its index in the constant, and its value.
-    pub(super) fn own_static(&self, owner: Partner) -> (Constant, usize, f64) {
-        let all = self.coefficients(Coefficient::StaticFriction);
-        let constant = |(index, friction)| (STATIC, index, friction);
-        let own = all.and_then(|all| all.own(owner)).map(constant);
-        let own = own.or_else(|| self.own_friction_constant(owner));
-        let of_world = || all.and_then(Coefficients::world).map(constant);
-        own.or_else(of_world).unwrap_or((Constant::Friction, 0, self.friction()))
+    /// Static coefficient of an owner.
+    pub(super) fn own_static(&self, owner: Partner) -> Slot {
+        use Coefficient::{Friction, StaticFriction};
+        let [kinetic, of_static] = [Friction, StaticFriction].map(|of| self.coefficients(of));
+        let own = of_static.own(owner).map(|number| (StaticFriction, number));
+        let own = own.or_else(|| Some((Friction, kinetic.own(owner)?)));
+        let own = own.or_else(|| Some((StaticFriction, of_static.world()?)));
+        let (of, number) = own.unwrap_or((Friction, (0, self.friction())));
+        self.slot(of, number)
     }
 
-    /// Static coefficient of a pair with its own one, as [`World::own_static`].
-    pub(super) fn pair_static(
-        &self,
-        body: usize,
-        partner: Partner,
-    ) -> Option<(Constant, usize, f64)> {
-        let all = self.coefficients(Coefficient::StaticFriction)?;
-        let (index, friction) = all.between(body, partner)?;
-        Some((STATIC, index, friction))
+    /// Static coefficient of a pair with its own one.
+    pub(super) fn pair_static(&self, body: usize, partner: Partner) -> Option<Slot> {
+        let of = Coefficient::StaticFriction;
+        Some(self.slot(of, self.coefficients(of).between(body, partner)?))
     }
 }

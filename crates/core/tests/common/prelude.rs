@@ -17,4 +17,4 @@ pub use tumble_core::simulation::random::Draws;
 pub use tumble_core::simulation::{Motion, Simulation, StepRecord};
 pub use tumble_core::solver::native::{NativeSolver, StepChange, StepDerivative};
 pub use tumble_core::step::{ContactForce, Step, StepReport, StepSolution, StepSolver, StepStatus};
-pub use tumble_core::world::{Constant, Fixed, Integrator, Parameters, World};
+pub use tumble_core::world::{Coefficient, Constant, Integrator, Parameters, World};

@@ -4,7 +4,7 @@ use crate::common::draw::Draw;
 use crate::common::prelude::*;
 use rand_mt::Mt;
 use tumble_core::problem::{ContactProblem, SolveOptions};
-use tumble_core::world::{Coefficient, Impacts};
+use tumble_core::world::Impacts;
 
 const G: f64 = 9.81;
 const MASS: f64 = 2.0;
@@ -220,7 +220,7 @@ fn bodies_hang_from_each_other() {
         let parameters =
             Parameters { ground: None, ..Parameters::new(vec![body(), body(), body()]) };
         let world = World::new(parameters).unwrap();
-        let world = world.with_fixed(vec![Fixed { piece: plate.clone(), friction: None }]).unwrap();
+        let world = world.with_fixed(vec![plate.clone()]);
         let partners = [Partner::Fixed(0), Partner::Body(0), Partner::Body(1)];
         let world = partners.into_iter().enumerate().fold(world, |world, (of, partner)| {
             let pull = share * (3 - of) as f64 * G;

@@ -55,8 +55,8 @@ fn balls_that_are_kept_apart_pass_through_each_other() {
 fn a_body_may_pass_the_ground_or_what_is_fixed_alone() {
     let plate = Piece::cuboid(Vector3::new(1.0, 1.0, 0.1)).unwrap();
     let plate = plate.moved_by(&Matrix3::identity(), &Vector3::new(0.0, 0.0, 1.0)).unwrap();
-    let fixed = vec![Fixed { piece: plate, friction: None }];
-    let world = world(1).with_fixed(fixed).unwrap();
+    let fixed = vec![plate];
+    let world = world(1).with_fixed(fixed);
     let on_it = fallen(world.clone(), &[1.3]);
     assert!((on_it[0] - 1.2).abs() < 1e-9, "{on_it:?}");
     let through = fallen(world.clone().with_apart(0, Partner::Fixed(0)).unwrap(), &[1.3]);

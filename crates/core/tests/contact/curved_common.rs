@@ -20,10 +20,6 @@ pub fn capsule_along_y(half_length: f64, radius: f64) -> Piece {
     piece.moved_by(turn.matrix(), &Vector3::zeros()).unwrap()
 }
 
-fn fixed(piece: Piece) -> Fixed {
-    Fixed { piece, friction: None }
-}
-
 pub fn at(position: Vector3<f64>, velocity: Vector3<f64>, spin: Vector3<f64>) -> State {
     State { velocity, spin, ..State::at_rest(position) }
 }
@@ -41,7 +37,7 @@ pub fn world(
         time_step,
         rotation: Rotation::Momentum,
     });
-    world.with_fixed(pieces.into_iter().map(fixed).collect()).unwrap()
+    world.with_fixed(pieces)
 }
 
 /// Runs `steps` steps. Every step must be solved and physical.

@@ -212,7 +212,9 @@ fn oblique_plastic_impact_ends_in_exact_contact() {
 #[test]
 fn speeds_are_passed_on_along_a_row() {
     let bodies = vec![body(sphere(0.1)); 3];
-    let world = world(bodies, vec![], (Vector3::zeros(), 0.0, 2e-3)).with_restitution(1.0).unwrap();
+    let world = world(bodies, vec![], (Vector3::zeros(), 0.0, 2e-3))
+        .with_coefficient(Coefficient::Restitution, 1.0)
+        .unwrap();
     let ball = |x: f64, speed: f64| {
         at(Vector3::new(x, 0.3, 0.0), Vector3::new(speed, 0.0, 0.0), Vector3::zeros())
     };
@@ -241,7 +243,7 @@ fn impact_of_curved_bodies_is_independent_of_body_order() {
     let outcome = |order: [usize; 2]| {
         let bodies = order.map(|which| body(pieces[which].clone())).to_vec();
         let world = world(bodies, vec![], (Vector3::zeros(), 0.4, 2e-3));
-        let world = world.with_restitution(0.5).unwrap();
+        let world = world.with_coefficient(Coefficient::Restitution, 0.5).unwrap();
         let records = run(&world, &order.map(|which| starts[which]), 150);
         let last = records[149].next_states();
         assert!(records.iter().any(|record| !normal_forces(record).is_empty()));

@@ -52,7 +52,7 @@ impl Shape {
 
 fn world(bodies: Vec<RigidBody>, friction: f64) -> World {
     let parameters = Parameters { friction, ..Parameters::new(bodies) };
-    World::new(parameters).unwrap().with_restitution(1.0).unwrap()
+    World::new(parameters).unwrap().with_coefficient(Coefficient::Restitution, 1.0).unwrap()
 }
 
 /// End of one step from `states`. `None` if the step has no contact force, is not solved or is

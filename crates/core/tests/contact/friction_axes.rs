@@ -1,7 +1,6 @@
 //! Friction that depends on the direction, against closed forms and a computation of its law by hand.
 
 use crate::common::prelude::*;
-use tumble_core::world::Coefficient;
 
 const G: f64 = 9.81;
 const FRICTION: f64 = 0.4;
@@ -375,7 +374,9 @@ fn random_steps_with_all_laws_are_solved() {
             .and_then(|world| {
                 world.with_coefficient(Coefficient::TorsionalFriction, 0.02 * (0.5 + draws.next()))
             })
-            .and_then(|world| world.with_restitution((0.8 * draws.next()).max(0.0)))
+            .and_then(|world| {
+                world.with_coefficient(Coefficient::Restitution, (0.8 * draws.next()).max(0.0))
+            })
             .unwrap()
             .with_integrator(Integrator::ALL[number / 2 % 2]);
         let mut simulation = simulate(&world, starts);

@@ -12,9 +12,7 @@ fn ball() -> RigidBody {
 fn world(bodies: usize) -> World {
     let plate = Piece::cuboid(Vector3::new(1.0, 1.0, 0.1)).unwrap();
     let plate = plate.moved_by(&Matrix3::identity(), &Vector3::new(0.0, 0.0, 0.9)).unwrap();
-    euler(Parameters::new(vec![ball(); bodies]))
-        .with_fixed(vec![Fixed { piece: plate, friction: None }])
-        .unwrap()
+    euler(Parameters::new(vec![ball(); bodies])).with_fixed(vec![plate])
 }
 
 fn at(height: f64) -> State {
@@ -85,7 +83,7 @@ fn balls_pass_through_what_their_groups_exclude() {
     let fell = fallen(both, &start);
     assert!(fell.iter().all(|height| (height - 0.1).abs() < 1e-9), "{fell:?}");
     // The ground itself collides with nothing.
-    let free = world(1).with_fixed(Vec::new()).unwrap();
+    let free = world(1).with_fixed(Vec::new());
     let free = free.with_groups(floor, groups(2, 0)).unwrap();
     let fell = fallen(free, &[0.5]);
     assert!(fell[0] < -4.0, "{fell:?}");
@@ -93,7 +91,7 @@ fn balls_pass_through_what_their_groups_exclude() {
 
 #[test]
 fn candidates_of_one_world_serve_another() {
-    let together = world(2).with_fixed(Vec::new()).unwrap();
+    let together = world(2).with_fixed(Vec::new());
     let split = together.clone().with_groups(Partner::Body(0), groups(1, 2)).unwrap();
     let states = [at(0.1), at(0.3)];
     let mut candidates = Candidates::new();
@@ -130,17 +128,17 @@ fn groups_stay_with_their_objects() {
 
 #[test]
 fn a_body_added_between_steps_has_its_groups() {
-    let ground_alone = Touching { groups: groups(1, 2), untouched: false };
+    let ground_alone = Touching { groups: groups(1, 2), ..Touching::default() };
     for (touching, end) in [
         (Touching::default(), 1.1),
-        (ground_alone, 0.1),
+        (ground_alone.clone(), 0.1),
         // Free fall for 500 steps from rest: h² g k (k + 1)/2.
-        (Touching { untouched: true, ..ground_alone }, 1.3 - 9.81 * 4e-6 * 125_250.0),
+        (Touching { untouched: true, ..ground_alone.clone() }, 1.3 - 9.81 * 4e-6 * 125_250.0),
     ] {
         let first = world(1);
         let motion = Motion::native(&first);
         let mut simulation = Simulation::new(first, vec![at(50.0)], motion).unwrap();
-        let index = simulation.add_body_with(ball(), at(1.3), touching).unwrap();
+        let index = simulation.add_body_with(ball(), at(1.3), touching.clone()).unwrap();
         assert_eq!(simulation.world().touching_of(index), touching);
         let heights = run(&mut simulation);
         assert!((heights[index] - end).abs() < 1e-9, "{touching:?}: {heights:?}");
@@ -153,4 +151,20 @@ fn a_body_added_between_steps_has_its_groups() {
     let mut simulation = Simulation::new(first, vec![at(0.1)], motion).unwrap();
     assert!(simulation.add_body(ball(), at(0.15)).is_err());
     simulation.add_body_with(ball(), at(0.15), ground_alone).unwrap();
+}
+
+/// Checks that a body added to a simulation has the coefficients that it has in its own world.
+#[test]
+fn an_added_body_has_its_own_coefficients() {
+    use Coefficient::{Adhesion, Friction, Restitution, RollingFriction};
+    let own = vec![(Friction, 0.2), (Restitution, 0.3), (RollingFriction, 0.01), (Adhesion, 3.0)];
+    let with = |world: World, (of, value): &(_, f64)| {
+        world.with_coefficient_of(*of, Partner::Body(1), *value)
+    };
+    let model = own.iter().try_fold(world(2), with).unwrap();
+    let before = world(1);
+    let motion = Motion::native(&before);
+    let mut simulation = Simulation::new(before, [at(0.5)], motion).unwrap();
+    simulation.add_body_with(ball(), at(3.0), model.touching_of(1)).unwrap();
+    assert_eq!(simulation.world().coefficients_of(Partner::Body(1)), own);
 }

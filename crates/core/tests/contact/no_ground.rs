@@ -78,10 +78,10 @@ fn a_bowl_with_nothing_under_it_holds_a_ball_and_lets_another_fall() {
         let inclined = Matrix3::new(c, 0.0, -s, 0.0, 1.0, 0.0, s, 0.0, c);
         let centre = inclined * Vector3::new(0.5, 0.0, -0.05);
         let piece = slab.moved_by(&(about * inclined), &(about * centre)).unwrap();
-        Fixed { piece, friction: None }
+        piece
     });
     let world = groundless(parameters(vec![ball.clone(), ball], GRAVITY, 0.0));
-    let world = world.with_fixed(fixed.collect()).unwrap();
+    let world = world.with_fixed(fixed.collect());
     assert!(world.ground().is_none());
     let starts = [State::at_rest([0.02, 0.01, 0.3]), State::at_rest([3.0, 0.0, 0.0])];
     assert_eq!(world.lowest_height(&starts), f64::INFINITY);
@@ -110,6 +110,6 @@ fn one_body_without_a_ground_falls() {
 #[test]
 fn a_pair_with_a_ground_that_is_not_there_is_refused() {
     let world = groundless(parameters(vec![cube(1.0)], GRAVITY, 0.0));
-    let refused = world.with_friction_between(0, Partner::Ground, 0.3);
+    let refused = world.with_coefficient_between(Coefficient::Friction, 0, Partner::Ground, 0.3);
     assert!(matches!(refused, Err(Error::Count { .. })), "{refused:?}");
 }

@@ -51,7 +51,9 @@ fn native(world: &World, states: Vec<State>, steps: usize) -> Vec<StepRecord> {
 #[test]
 fn a_ball_that_loses_nothing_bounces_for_ever() {
     let (g, h) = (9.81, 1e-3);
-    let world = world(vec![ball(1.0, 0.1)], g, 0.3, h).with_restitution(1.0).unwrap();
+    let world = world(vec![ball(1.0, 0.1)], g, 0.3, h)
+        .with_coefficient(Coefficient::Restitution, 1.0)
+        .unwrap();
     let records = native(&world, vec![at(0.0, 0.0, 0.4)], 33_000);
     let kept = |state: &State| {
         let (v, z) = (state.velocity[2], state.position[2]);
@@ -75,7 +77,9 @@ fn heights_and_times_of_bounces_converge_with_the_step() {
     let (g, e, drop) = (9.81, 0.7, 0.5);
     let speed = f64::sqrt(2.0 * g * drop);
     let error = |h: f64| {
-        let world = world(vec![ball(2.0, 0.05)], g, 0.0, h).with_restitution(e).unwrap();
+        let world = world(vec![ball(2.0, 0.05)], g, 0.0, h)
+            .with_coefficient(Coefficient::Restitution, e)
+            .unwrap();
         let records = native(&world, vec![at(0.0, 0.0, 0.05 + drop)], (2.0 / h) as usize);
         let mut highest = Vec::new();
         let mut impacts = Vec::new();
@@ -110,7 +114,8 @@ fn heights_and_times_of_bounces_converge_with_the_step() {
 fn three_balls_in_a_row() {
     let outcome = |gap: f64| {
         let bodies = vec![ball(1.0, 0.1), ball(1.0, 0.1), ball(1.0, 0.1)];
-        let world = world(bodies, 0.0, 0.0, 1e-3).with_restitution(1.0).unwrap();
+        let world =
+            world(bodies, 0.0, 0.0, 1e-3).with_coefficient(Coefficient::Restitution, 1.0).unwrap();
         let states = vec![
             moving(at(-0.5, 0.0, 1.0), [1.0, 0.0, 0.0]),
             at(0.0, 0.0, 1.0),
@@ -136,7 +141,7 @@ fn a_row_with_short_gaps_keeps_its_energy() {
     for share in [0.0, 0.1, 0.25, 0.5, 0.9, 1.1] {
         let gap = share * speed * time_step;
         let world = world(vec![ball(mass, radius); 5], 0.0, 0.0, time_step);
-        let world = world.with_restitution(1.0).unwrap();
+        let world = world.with_coefficient(Coefficient::Restitution, 1.0).unwrap();
         let place = |i: usize| i as f64 * (2.0 * radius + gap) + if i > 0 { 0.01 } else { 0.0 };
         let mut states: Vec<_> = (0..5).map(|i| at(place(i), 0.0, 1.0)).collect();
         states[0].velocity[0] = speed;
@@ -160,7 +165,8 @@ fn an_end_of_a_rod_bounces_by_its_own_inertia() {
     let ends = [Vector3::new(-arm, 0.0, 0.0), Vector3::new(arm, 0.0, 0.0)];
     let inertia = Matrix3::from_diagonal_element(moment);
     let rod = RigidBody::new(mass, inertia, &ends).unwrap();
-    let world = world(vec![rod], 0.0, 0.0, h).with_restitution(e).unwrap();
+    let world =
+        world(vec![rod], 0.0, 0.0, h).with_coefficient(Coefficient::Restitution, e).unwrap();
     let (sin, cos) = f64::sin_cos(0.5 * 0.3);
     let start = State {
         attitude: Vector4::new(cos, 0.0, -sin, 0.0),
@@ -176,25 +182,33 @@ fn an_end_of_a_rod_bounces_by_its_own_inertia() {
     assert_eq!(next.velocity[0], 0.4);
 }
 
-/// Checks that coefficients of pairs and of bodies combine like friction coefficients.
+/// Checks that coefficients of pairs, of bodies and of fixed pieces combine like friction coefficients.
 #[test]
 fn coefficients_combine_by_pair() {
-    let bodies = vec![ball(1.0, 0.1).with_restitution(0.9).unwrap(), ball(1.0, 0.1)];
-    let world = world(bodies, 9.81, 0.3, 1e-3).with_restitution(0.4).unwrap();
+    let of = Coefficient::Restitution;
+    let world = world(vec![ball(1.0, 0.1); 2], 9.81, 0.3, 1e-3).with_coefficient(of, 0.4).unwrap();
+    let world = world.with_coefficient_of(of, Partner::Body(0), 0.9).unwrap();
     assert_eq!(world.restitution_between(1, Partner::Ground), 0.4);
     assert_eq!(world.restitution_between(0, Partner::Ground), f64::sqrt(0.9 * 0.4));
-    let world = world.with_restitution_between(0, Partner::Body(1), 0.0).unwrap();
+    let plate = world.clone().with_fixed(vec![Piece::sphere(0.1).unwrap()]);
+    let plate = plate.with_coefficient_of(of, Partner::Fixed(0), 0.1).unwrap();
+    assert_eq!(plate.restitution_between(0, Partner::Fixed(0)), f64::sqrt(0.9 * 0.1));
+    let world = world.with_coefficient_between(of, 0, Partner::Body(1), 0.0).unwrap();
     assert_eq!(world.restitution_between(1, Partner::Body(0)), 0.0);
-    assert!(world.clone().with_restitution(1.1).is_err());
-    assert!(world.clone().with_restitution(f64::NAN).is_err());
+    assert!(world.clone().with_coefficient(Coefficient::Restitution, 1.1).is_err());
+    assert!(world.clone().with_coefficient(Coefficient::Restitution, f64::NAN).is_err());
     assert!(world.clone().with_rebound_speed(-1.0).is_err());
-    assert!(world.with_restitution_between(2, Partner::Ground, 0.5).is_err());
+    assert!(
+        world.with_coefficient_between(Coefficient::Restitution, 2, Partner::Ground, 0.5).is_err()
+    );
 }
 
 /// Checks that contacts slower than the threshold do not bounce.
 #[test]
 fn slow_contacts_do_not_bounce() {
-    let world = world(vec![ball(1.0, 0.1)], 9.81, 0.3, 1e-3).with_restitution(0.8).unwrap();
+    let world = world(vec![ball(1.0, 0.1)], 9.81, 0.3, 1e-3)
+        .with_coefficient(Coefficient::Restitution, 0.8)
+        .unwrap();
     let at_most = |speed| world.clone().with_rebound_speed(speed).unwrap();
     let rises = |world: &World| {
         let records = native(world, vec![at(0.0, 0.0, 0.11)], 400);
@@ -229,7 +243,9 @@ fn no_impact_makes_energy() {
         let attitude = Vector4::from(attitude);
         prop_assume!(attitude.norm() > 0.1);
         let body = RigidBody::solid_box(1.0, sides.into()).unwrap();
-        let world = world(vec![body], 0.0, friction, 1e-6).with_restitution(e).unwrap();
+        let world = world(vec![body], 0.0, friction, 1e-6)
+            .with_coefficient(Coefficient::Restitution, e)
+            .unwrap();
         let mut state = moving(at(0.0, 0.0, 0.0), velocity);
         state.velocity[2] = -velocity[2].abs() - 0.5;
         state.attitude = attitude.normalize();
@@ -270,7 +286,9 @@ fn boxes_bounce_as_recorded_from_ipopt() {
     ];
     for (count, (velocity, position)) in (1..).zip(recorded) {
         let body = RigidBody::solid_box(2.0, sides).unwrap();
-        let world = world(vec![body; count], 9.81, 0.3, 0.002).with_restitution(0.6).unwrap();
+        let world = world(vec![body; count], 9.81, 0.3, 0.002)
+            .with_coefficient(Coefficient::Restitution, 0.6)
+            .unwrap();
         let starts = [box_at(0.45), box_at(1.2)];
         let records = native(&world, starts[..count].to_vec(), 60);
         let impacts = records.iter().filter(|r| r.first().contacts.iter().any(|c| c.rebound > 0.0));

@@ -89,7 +89,7 @@ fn a_ball_that_meets_a_fixed_one_does_not_turn() {
     for (name, radius) in [("equal", 0.1), ("larger", 0.2), ("smaller", 0.05)] {
         let piece = Piece::sphere(radius).unwrap();
         let world = world(vec![ball(1.0, 0.1)]);
-        let world = world.with_fixed(vec![Fixed { piece, friction: None }]).unwrap();
+        let world = world.with_fixed(vec![piece]);
         check(name, &world, &[at([-0.45, 0.06, 0.03], [2.0, 0.0, 0.0])]);
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::common::prelude::*;
 use tumble_core::simulation::Interval;
-use tumble_core::world::{Coefficient, Impacts, StickSpeed};
+use tumble_core::world::{Impacts, StickSpeed};
 
 const G: f64 = 9.81;
 const KINETIC: f64 = 0.3;
@@ -178,7 +178,8 @@ fn static_coefficients_combine() {
     let pair =
         own.with_coefficient_between(Coefficient::StaticFriction, 0, Partner::Ground, 0.5).unwrap();
     assert_eq!(pair.static_friction_between(0, Partner::Ground), Some(0.5));
-    let pair = pair.with_friction_between(0, Partner::Ground, 0.7).unwrap();
+    let pair =
+        pair.with_coefficient_between(Coefficient::Friction, 0, Partner::Ground, 0.7).unwrap();
     assert_eq!(pair.static_friction_between(0, Partner::Ground), None);
     assert_eq!(
         Constant::Coefficient(Coefficient::StaticFriction).values(&pair),

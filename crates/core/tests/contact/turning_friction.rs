@@ -4,7 +4,7 @@ use crate::common::prelude::*;
 use tumble_core::contact::ContactLoad;
 use tumble_core::problem::{ContactProblem, SolveOptions};
 use tumble_core::simulation::energy::total;
-use tumble_core::world::{Coefficient, TurningFriction};
+use tumble_core::world::TurningFriction;
 
 const G: f64 = 9.81;
 const RADIUS: f64 = 0.1;
@@ -132,7 +132,7 @@ fn an_impact_with_rolling_resistance_makes_no_energy() {
         friction: 0.0,
         ..Parameters::new(vec![RigidBody::solid_box(1.0, Vector3::new(0.1, 0.05, 0.075)).unwrap()])
     };
-    let world = euler(parameters).with_restitution(0.9).unwrap();
+    let world = euler(parameters).with_coefficient(Coefficient::Restitution, 0.9).unwrap();
     let world = world.with_coefficient(Coefficient::RollingFriction, 0.04).unwrap();
     let attitude = Vector4::new(-0.693, 0.601, -0.373, -0.140).normalize();
     let start = State {
@@ -294,8 +294,10 @@ fn moments_act_on_both_bodies() {
         time_step: 0.0005,
         ..Parameters::new(vec![plate, sphere])
     };
-    let world =
-        World::new(parameters).unwrap().with_friction_between(1, Partner::Body(0), 0.8).unwrap();
+    let world = World::new(parameters)
+        .unwrap()
+        .with_coefficient_between(Coefficient::Friction, 1, Partner::Body(0), 0.8)
+        .unwrap();
     let (body, partner) = (1, Partner::Body(0));
     let world = [
         (Coefficient::RollingFriction, FRICTION.rolling),

@@ -2,7 +2,7 @@
 
 use crate::common::prelude::*;
 use tumble_core::simulation::energy::total;
-use tumble_core::world::{Coefficient, SurfaceMotion};
+use tumble_core::world::SurfaceMotion;
 
 const G: f64 = 9.81;
 const TURN: f64 = 2.0;
@@ -21,7 +21,7 @@ fn on(body: RigidBody, motion: SurfaceMotion, is_fixed: bool, friction: f64, h: 
     }
     let plate = Piece::cuboid(Vector3::new(5.0, 5.0, 0.1)).unwrap();
     let plate = plate.moved_by(&Matrix3::identity(), &(Vector3::z() * -0.1)).unwrap();
-    let world = world.with_fixed(vec![Fixed { piece: plate, friction: None }]).unwrap();
+    let world = world.with_fixed(vec![plate]);
     world.with_surface_motion(Partner::Fixed(0), motion).unwrap()
 }
 

@@ -188,7 +188,10 @@ fn no_bounce_makes_energy() {
         let bodies = vec![body.clone()];
         let parameters =
             Parameters { bodies, time_step, friction: 0.0, ..parameters(body.clone()) };
-        let world = World::new(parameters).unwrap().with_restitution(1.0).unwrap();
+        let world = World::new(parameters)
+            .unwrap()
+            .with_coefficient(Coefficient::Restitution, 1.0)
+            .unwrap();
         for seed in 0..10 {
             let start = State {
                 position: Vector3::new(0.0, 0.0, 0.2),
@@ -228,7 +231,7 @@ fn a_start_that_is_too_deep_is_lifted_out_and_marked() {
         let turn = Matrix3::new(c, 0.0, s, 0.0, 1.0, 0.0, -s, 0.0, c);
         let piece = Piece::cuboid(Vector3::new(1.0, 1.0, 0.1)).unwrap();
         let piece = piece.moved_by(&turn, &(turn * Vector3::new(0.0, 0.0, -0.1))).unwrap();
-        Fixed { piece, friction: None }
+        piece
     };
     let quarter = std::f64::consts::FRAC_PI_4;
     let cube = RigidBody::solid_box(1.0, Vector3::repeat(0.1)).unwrap();
@@ -241,7 +244,6 @@ fn a_start_that_is_too_deep_is_lifted_out_and_marked() {
                 World::new(Parameters { ground: None, ..parameters })
                     .unwrap()
                     .with_fixed(vec![slope(quarter), slope(-quarter)])
-                    .unwrap()
             } else {
                 World::new(parameters).unwrap()
             };

@@ -14,11 +14,10 @@ pub fn body(pieces: Vec<Piece>) -> RigidBody {
 }
 
 pub fn world(bodies: Vec<RigidBody>, ground: Option<Plane>, fixed: Vec<Piece>) -> World {
-    let fixed = fixed.into_iter().map(|piece| Fixed { piece, friction: None }).collect();
+    let fixed = fixed.into_iter().map(|piece| piece).collect();
     World::new(Parameters { ground, gravity: v(0.0, 0.0, -9.81), ..Parameters::new(bodies) })
         .unwrap()
         .with_fixed(fixed)
-        .unwrap()
 }
 
 pub fn state_at(pose: &Pose) -> State {
@@ -49,7 +48,7 @@ impl Queried {
     pub fn pieces(&self, of: Partner) -> Vec<(&Piece, Pose)> {
         match of {
             Partner::Ground => Vec::new(),
-            Partner::Fixed(index) => vec![(&self.world.fixed()[index].piece, at(0.0, 0.0, 0.0))],
+            Partner::Fixed(index) => vec![(&self.world.fixed()[index], at(0.0, 0.0, 0.0))],
             Partner::Body(index) => {
                 let pose = self.states[index].pose();
                 self.world.bodies()[index].pieces().iter().map(|piece| (piece, pose)).collect()
@@ -88,7 +87,7 @@ impl Queried {
             rotation: motion.rotation * pose.rotation,
         };
         let states = self.states.iter().map(|state| state_at(&pose(state.pose()))).collect();
-        let moved = |fixed: &Fixed| fixed.piece.moved_by(&motion.rotation, &motion.position);
+        let moved = |piece: &Piece| piece.moved_by(&motion.rotation, &motion.position);
         let fixed = self.world.fixed().iter().map(|fixed| moved(fixed).unwrap()).collect();
         let plane = self.world.ground().unwrap();
         let normal = motion.rotation * plane.normal();
@@ -99,7 +98,7 @@ impl Queried {
     /// Same world with the bodies in the reverse order.
     pub fn reversed(&self) -> Self {
         let bodies = self.world.bodies().iter().rev().cloned().collect();
-        let fixed = self.world.fixed().iter().map(|fixed| fixed.piece.clone()).collect();
+        let fixed = self.world.fixed().to_vec();
         let world = world(bodies, self.world.ground().cloned(), fixed);
         Self { world, states: self.states.iter().rev().copied().collect() }
     }

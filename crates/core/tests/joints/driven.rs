@@ -429,7 +429,8 @@ fn a_pusher_pushes_with_what_friction_takes() {
     let mut parameters = parameters(vec![pusher, cube], G);
     parameters.ground = Some(Plane::level());
     let world = euler(parameters).with_joints(vec![joint]).unwrap();
-    let world = world.with_friction_between(1, Partner::Body(0), 0.0).unwrap();
+    let world =
+        world.with_coefficient_between(Coefficient::Friction, 1, Partner::Body(0), 0.0).unwrap();
     let states = [State::at_rest(place), State::at_rest(Vector3::new(0.0, 0.0, 0.1))];
     let mut simulation = Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
     let velocity = Vector3::x() * 0.5;
@@ -502,7 +503,7 @@ fn a_conveyor_takes_a_box_along() {
         let down = Vector3::new(0.0, 0.0, -0.1);
         let piece = moved.moved_by(&Matrix3::identity(), &down).unwrap();
         let world = euler(parameters(vec![cube()], G));
-        world.with_fixed(vec![Fixed { piece, friction: None }]).unwrap()
+        world.with_fixed(vec![piece])
     };
     let (trayed, _) = tray_and_box(friction);
     let worlds = [
@@ -544,7 +545,7 @@ fn a_ball_on_a_belt_rolls_at_two_sevenths_of_it() {
     let along = Matrix3::new(0.0, 0.0, 1.0, 0.0, 1.0, 0.0, -1.0, 0.0, 0.0);
     let rail = capsule.moved_by(&along, &Vector3::new(0.0, 0.0, -radius)).unwrap();
     let on_rail = euler(parameters(vec![ball.clone()], G));
-    let on_rail = on_rail.with_fixed(vec![Fixed { piece: rail, friction: None }]).unwrap();
+    let on_rail = on_rail.with_fixed(vec![rail]);
     let mut on_ground = parameters(vec![ball], G);
     on_ground.ground = Some(Plane::level());
     let on_ground = euler(on_ground);

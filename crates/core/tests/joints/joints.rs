@@ -330,7 +330,7 @@ fn a_pendulum_meets_a_wall_on_its_way() {
         let place = Vector3::new(x, 0.0, 0.0);
         let wall = Piece::cuboid(Vector3::new(0.005, 1.0, 2.0)).unwrap();
         let piece = wall.moved_by(&Matrix3::identity(), &place).unwrap();
-        let world = free.clone().with_fixed(vec![Fixed { piece, friction: None }]).unwrap();
+        let world = free.clone().with_fixed(vec![piece]);
         let mut state = State::at_rest(Vector3::zeros());
         state.velocity = Vector3::x() * speed;
         state.spin = Vector3::y() * -speed;

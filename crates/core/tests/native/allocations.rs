@@ -84,7 +84,8 @@ fn a_step_that_seeks_a_share_allocates_nothing() {
     };
     let bodies = vec![rod.clone(); 4];
     let parameters = Parameters { bodies, friction: 1.0, ..parameters(rod) };
-    let world = World::new(parameters).unwrap().with_restitution(1.0).unwrap();
+    let world =
+        World::new(parameters).unwrap().with_coefficient(Coefficient::Restitution, 1.0).unwrap();
     let motion = Motion::native(&world);
     let starts = (0..4).map(start);
     let mut simulation = Simulation::new(world.clone(), starts, motion).unwrap();

@@ -29,10 +29,10 @@ fn bin(seed: u32, count: usize) -> (World, Vec<State>) {
         let piece = Piece::cuboid(Vector3::new(thick.x, thick.y, 2.0)).unwrap();
         let middle = side * (HALF_WIDTH + 0.1) + Vector3::z() * 2.0;
         let piece = piece.moved_by(&Matrix3::identity(), &middle).unwrap();
-        Fixed { piece, friction: None }
+        piece
     });
     let world = World::new(Parameters::new(bodies));
-    (world.unwrap().with_integrator(Integrator::Euler).with_fixed(walls.to_vec()).unwrap(), starts)
+    (world.unwrap().with_integrator(Integrator::Euler).with_fixed(walls.to_vec()), starts)
 }
 
 /// Statistics of a run.

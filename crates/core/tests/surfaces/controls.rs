@@ -36,7 +36,7 @@ fn speed_after_step(height: f64) -> f64 {
         block([-2.0, -1.0, -0.2], [0.0, 1.0, 0.0]),
         block([0.0, -1.0, -0.2], [2.0, 1.0, height]),
     ];
-    let world = world(&cube, false, 0.0).with_fixed(fixed).unwrap();
+    let world = world(&cube, false, 0.0).with_fixed(fixed);
     let run = records(&world, &[at([-0.2, 0.03, 0.1], [1.0, 0.0, 0.0])], 250);
     run[249].next().velocity.x
 }
@@ -67,7 +67,7 @@ fn cube_that_trips_on_a_low_step_turns_with_the_kept_angular_momentum() {
         block([-2.0, -1.0, -0.2], [0.0, 1.0, 0.0]),
         block([0.0, -1.0, -0.2], [2.0, 1.0, 1e-5]),
     ];
-    let world = world(&cube, false, 0.0).with_fixed(fixed).unwrap();
+    let world = world(&cube, false, 0.0).with_fixed(fixed);
     let run = records(&world, &[at([-0.15, 0.0, 0.1], [speed, 0.0, 0.0])], 40);
     let fastest = run.iter().map(|record| record.next().spin.y).fold(0.0, f64::max);
     let expected = 0.75 * (speed - GRAVITY * 0.002) / side;
@@ -82,7 +82,7 @@ fn wall_on_a_floor_stops_a_cube_that_slides_into_it() {
         if !ground {
             fixed.push(block([-2.0, -1.0, -0.2], [2.0, 1.0, 0.0]));
         }
-        let world = world(&cube, ground, 0.0).with_fixed(fixed).unwrap();
+        let world = world(&cube, ground, 0.0).with_fixed(fixed);
         let run = records(&world, &[at([0.5, 0.0, 0.1], [1.0, 0.0, 0.0])], 400);
         let end = run[399].next();
         assert!((end.position.x - 0.9).abs() < 1e-9 && end.velocity.norm() < 1e-9, "{end:?}");
@@ -98,10 +98,10 @@ fn ball_in_a_groove_of_two_boxes_is_held_by_both() {
         let piece = Piece::cuboid(Vector3::new(1.0, 0.5, 0.1)).unwrap();
         let shift = turn * Vector3::new(0.0, 0.4 * angle.signum(), -0.1);
         let piece = piece.moved_by(turn.to_rotation_matrix().matrix(), &shift).unwrap();
-        Fixed { piece, friction: None }
+        piece
     };
     let fixed = vec![wall(FRAC_PI_4), wall(-FRAC_PI_4)];
-    let world = world(&body, false, 0.0).with_fixed(fixed).unwrap();
+    let world = world(&body, false, 0.0).with_fixed(fixed);
     let height = 0.1 * 2.0_f64.sqrt();
     let run = records(&world, &[at([0.0, 0.0, height], [0.0; 3])], 20);
     let expected = GRAVITY / 2.0_f64.sqrt();
@@ -147,7 +147,7 @@ fn wheel_that_rolls_over_a_slot_loses_the_speed_of_the_impact_on_its_edge() {
         block([-2.0, -1.0, -0.2], [0.0, 1.0, 0.0]),
         block([width, -1.0, -0.2], [2.0, 1.0, 0.0]),
     ];
-    let world = euler(parameters).with_fixed(fixed).unwrap();
+    let world = euler(parameters).with_fixed(fixed);
     let lying = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
     let spin = lying.inverse() * Vector3::new(0.0, speed / radius, 0.0);
     let start =
@@ -168,7 +168,7 @@ fn edge_across_an_edge_and_vertex_on_an_edge_carry_the_weight() {
         let piece = Piece::cuboid(Vector3::new(1.0, 0.1, 0.1)).unwrap();
         let down = Vector3::new(0.0, 0.0, -0.1 * 2.0_f64.sqrt());
         let piece = piece.moved_by(turn.to_rotation_matrix().matrix(), &down).unwrap();
-        Fixed { piece, friction: None }
+        piece
     };
     let cube = cube(0.2);
     let edge_down = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), FRAC_PI_4);
@@ -181,7 +181,7 @@ fn edge_across_an_edge_and_vertex_on_an_edge_carry_the_weight() {
     ];
     for (body, turn, height, angle) in cases {
         // A vertex on an edge leaves the normal open up to 45°, which the friction covers.
-        let world = world(&body, false, 2.0).with_fixed(vec![ridge(angle)]).unwrap();
+        let world = world(&body, false, 2.0).with_fixed(vec![ridge(angle)]);
         // The body lands in the first steps.
         let place = [0.0, 0.0, height + 1e-6];
         let start = State { attitude: attitude(&turn), ..at(place, [0.0; 3]) };
@@ -204,7 +204,7 @@ fn bodies_pressed_against_a_wall_of_bricks_keep_their_speed_along_it() {
                     _ => standing(shape, &mut random),
                 };
                 let turn = if shape == "diamond" { FRAC_PI_4 } else { 0.0 };
-                let world = world(&body.body, true, 0.0).with_fixed(bricks.clone()).unwrap();
+                let world = world(&body.body, true, 0.0).with_fixed(bricks.clone());
                 let speed = random.within(0.5, 2.0);
                 let start = body.at([0.0, 0.0], turn, [speed, 0.0, 0.0]);
                 let side = body.reach_along(&start, &Vector3::y());

@@ -5,7 +5,6 @@ use crate::common::prelude::*;
 use std::sync::Arc;
 use tumble_core::geometry::Terrain;
 use tumble_core::geometry::terrain::{HeightField, Surface};
-use tumble_core::world::FixedTerrain;
 
 /// Names of the floors of [`floor`].
 pub const FLOORS: [&str; 7] =
@@ -22,8 +21,8 @@ pub fn world(body: &RigidBody, ground: bool, friction: f64) -> World {
 
 /// `world` with this terrain.
 pub fn on_terrain(world: World, terrain: impl Into<Terrain>) -> World {
-    let terrain = FixedTerrain { terrain: Arc::new(terrain.into()), friction: None };
-    world.with_terrains(vec![terrain]).unwrap()
+    let terrain = Arc::new(terrain.into());
+    world.with_terrains(vec![terrain])
 }
 
 /// The height field moved by `shift` (m).
@@ -32,11 +31,10 @@ pub fn moved(field: HeightField, shift: &Vector3<f64>) -> Terrain {
 }
 
 /// A box from `low` to `high` (m).
-pub fn block(low: [f64; 3], high: [f64; 3]) -> Fixed {
+pub fn block(low: [f64; 3], high: [f64; 3]) -> Piece {
     let (low, high) = (Vector3::from(low), Vector3::from(high));
     let piece = Piece::cuboid((high - low) / 2.0).unwrap();
-    let piece = piece.moved_by(&Matrix3::identity(), &((low + high) / 2.0)).unwrap();
-    Fixed { piece, friction: None }
+    piece.moved_by(&Matrix3::identity(), &((low + high) / 2.0)).unwrap()
 }
 
 /// A world with `body` above the floor `name`, which covers |x|, |y| ≤ 6.
@@ -112,7 +110,7 @@ pub fn floor(name: &str, body: &RigidBody, friction: f64, random: &mut WideDraw)
         _ => panic!("no floor is called {name}"),
     }
     let belts = if name == "belts" { fixed.len() } else { 0 };
-    let mut world = world(body, name == "plates", friction).with_fixed(fixed).unwrap();
+    let mut world = world(body, name == "plates", friction).with_fixed(fixed);
     if let Some(terrain) = terrain {
         world = on_terrain(world, terrain);
     }

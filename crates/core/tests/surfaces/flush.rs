@@ -60,7 +60,7 @@ fn wedge_slides_from_a_level_field_to_a_flush_plate() {
             let field = HeightField::new(vec![0.0; 45], 5, [1.0, 1.0]).unwrap();
             let first = field.point(0, 0);
             let shift = Vector3::new(-4.0 - first.x, -4.0 - first.y, 0.0);
-            let world = empty(vec![body.clone()], None, friction).with_fixed(plate).unwrap();
+            let world = empty(vec![body.clone()], None, friction).with_fixed(plate);
             let world = on_terrain(world, moved(field, &shift));
             let speed = 2.2;
             let way = Vector3::new(1.0, 1.0, 0.0).normalize();
@@ -94,8 +94,7 @@ fn puck_slides_over_a_free_peg_that_is_flush_with_the_plate_around_it() {
     for (name, peg) in pegs {
         let peg = RigidBody::solid(1.0, &[peg]).unwrap().0;
         let ground = Plane::new(Vector3::z(), -0.2).unwrap();
-        let world =
-            empty(vec![puck.clone(), peg], Some(ground), 0.0).with_fixed(plate.to_vec()).unwrap();
+        let world = empty(vec![puck.clone(), peg], Some(ground), 0.0).with_fixed(plate.to_vec());
         for y in [0.02, 0.0, 0.05] {
             for speed in [1.2, 2.1] {
                 let states =

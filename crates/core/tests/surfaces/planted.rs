@@ -36,7 +36,7 @@ fn ghost_contact_at_a_flush_joint_has_an_error_and_the_true_one_has_none() {
     let body = standing("cube", &mut WideDraw::wide(1));
     let tiles =
         vec![block([-1.0, -1.0, -0.2], [0.0, 1.0, 0.0]), block([0.0, -1.0, -0.2], [1.0, 1.0, 0.0])];
-    let world = world(&body.body, false, 0.5).with_fixed(tiles).unwrap();
+    let world = world(&body.body, false, 0.5).with_fixed(tiles);
     let half = body.height;
     let state = body.at([-half, 0.0], 0.0, [0.0; 3]);
     let corner = Vector3::new(half, half, -half);
@@ -52,7 +52,6 @@ fn contact_beyond_the_end_of_a_face_has_an_error() {
     let body = standing("cube", &mut WideDraw::wide(1));
     let world =
         world(&body.body, false, 0.5).with_fixed(vec![block([-1.0, -1.0, -0.2], [0.0, 1.0, 0.0])]);
-    let world = world.unwrap();
     let half = body.height;
     // The corner is 5 cm beyond the face in its plane.
     let state = body.at([0.05 - half, 0.0], 0.0, [0.0; 3]);
@@ -124,7 +123,7 @@ fn contact_of_a_body_that_crosses_a_joint_of_tiles_has_no_error() {
 fn a_cube_that_sinks_into_a_tile_is_found() {
     let body = standing("cube", &mut WideDraw::wide(1));
     let tile = block([-1.0, -1.0, -0.2], [1.0, 1.0, 0.0]);
-    let world = world(&body.body, false, 0.5).with_fixed(vec![tile]).unwrap();
+    let world = world(&body.body, false, 0.5).with_fixed(vec![tile]);
     let at = |depth: f64| {
         let state = body.at([0.0, 0.0], 0.0, [0.0; 3]);
         [State { position: state.position - Vector3::z() * depth, ..state }]

@@ -114,7 +114,7 @@ impl Slide {
             block([self.width, -6.0, -0.2], [6.0, 6.0, 0.0]),
         ];
         let plane = self.world(&body.body, Some(Plane::level()));
-        let slot = self.world(&body.body, None).with_fixed(plates).unwrap();
+        let slot = self.world(&body.body, None).with_fixed(plates);
         let belts = [vec![Partner::Ground], vec![Partner::Fixed(0), Partner::Fixed(1)]];
         let [mut expected, mut found] = [0, 1].map(|at| {
             let moving = |world: World, belt: &Partner| {
@@ -241,7 +241,7 @@ fn bodies_stop_at_steps_up_beyond_a_slot() {
                 block([-6.0, -6.0, -0.2], [0.0, 6.0, 0.0]),
                 block([width, -6.0, -0.2], [6.0, 6.0, height]),
             ];
-            let world = slide.world(&body.body, None).with_fixed(plates).unwrap();
+            let world = slide.world(&body.body, None).with_fixed(plates);
             let start = body.at([-0.3501, 0.0], 0.0, [speed, 0.0, 0.0]);
             let (mut simulation, mut record) = (simulate(&world, &[start]), StepRecord::new());
             let stops = (0..(0.5 / time_step) as usize).any(|_| {

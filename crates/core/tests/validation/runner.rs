@@ -14,7 +14,7 @@ use tumble_core::mechanics::quaternion::rotation;
 use tumble_core::mechanics::{Load, Polyline, RigidBody, State};
 use tumble_core::simulation::{Motion, Simulation, StepRecord};
 use tumble_core::step::{ContactForce, StepSolver, StepStatus};
-use tumble_core::world::{Fixed, Integrator, Parameters, World};
+use tumble_core::world::{Coefficient, Integrator, Parameters, World};
 
 /// Makes the solver under test for a world.
 pub type MakeSolver<'a> = dyn Fn(&World) -> Result<Box<dyn StepSolver>, Error> + 'a;
@@ -36,7 +36,7 @@ pub(crate) type Torque = fn(&[State]) -> f64;
 pub(crate) struct Setup {
     pub bodies: Vec<Subject>,
     /// Fixed pieces, on level ground.
-    pub fixed: Vec<Fixed>,
+    pub fixed: Vec<Piece>,
     /// Joints, on level ground.
     pub joints: Vec<Joint>,
     /// Joints driven by a torque, evaluated at the start of each step.
@@ -265,10 +265,11 @@ impl<'a> Runner<'a> {
             ..Parameters::new(setup.bodies.iter().map(|subject| subject.body.clone()).collect())
         })?
         .with_integrator(Integrator::Euler)
-        .with_restitution(setup.restitution)?
-        .with_fixed(setup.fixed.clone())?;
+        .with_coefficient(Coefficient::Restitution, setup.restitution)?
+        .with_fixed(setup.fixed.clone());
         for &(body, partner, friction) in &setup.frictions {
-            world = world.with_friction_between(body, partner, friction)?;
+            world =
+                world.with_coefficient_between(Coefficient::Friction, body, partner, friction)?;
         }
         if !setup.joints.is_empty() {
             world = world.with_joints(setup.joints.clone())?;

@@ -2,16 +2,11 @@
 //! seed.
 
 use crate::bodies::place::Place;
-use crate::document::Document;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use tumble_core::contact::Plane;
 use tumble_core::mechanics::State;
 use tumble_core::simulation::random::Draws;
-
-/// Relative tolerance between a stored start and the same draw computed again, possibly on another
-/// machine.
-const SAME: f64 = 1e-12;
 
 /// Description of a random start, before the draw.
 ///
@@ -69,39 +64,4 @@ pub fn state_at(
     let position = Vector3::from(place.position) + place.rotation() * centre;
     let state = State { position, attitude: place.attitude.into(), velocity, spin };
     ground.map_or(state, |ground| ground.state_to_world(&state))
-}
-
-impl Document {
-    /// True if a start depends on the seed.
-    pub fn is_drawn(&self) -> bool {
-        self.bodies.iter().any(|body| body.drawn.is_some())
-    }
-
-    /// Name of the first body whose start differs from the draw of `seed`.
-    pub fn seed_mismatch(&self, seed: u32) -> Option<&str> {
-        let mut draws = Draws::new(seed);
-        let ground = self.plane().ok().flatten();
-        let body = self.bodies.iter().find(|body| {
-            let Some(drawn) = &body.drawn else { return false };
-            let still = Vector3::zeros();
-            let ground = ground.as_ref().filter(|_| drawn.ground);
-            let found = state_at(ground, &drawn.place(&mut draws), still, still, &body.centre());
-            let start = body.start();
-            let off = (found.position - start.position).amax();
-            let turned = (found.attitude - start.attitude).amax();
-            // Written so that a NaN counts as a difference.
-            let is_there = off <= SAME * (1.0 + start.position.amax()) && turned <= SAME;
-            !is_there
-        });
-        body.map(|body| body.name())
-    }
-
-    /// Removes the descriptions of the random starts unless all starts equal the draws of `seed`.
-    ///
-    /// They differ after a body was removed or a state was set.
-    pub fn drop_draws_unless_from(&mut self, seed: u32) {
-        if self.seed_mismatch(seed).is_some() {
-            self.bodies.iter_mut().for_each(|body| body.drawn = None);
-        }
-    }
 }

@@ -97,8 +97,6 @@ with_coefficients!(with_form, f64, BodyEntry, "a table [[bodies]]" {
     centre: Option<Numbers<3>>,
     /// Coefficient of friction.
     friction: Option<f64>,
-    /// Coefficient of restitution.
-    restitution: Option<f64>,
     /// False for a body without contacts.
     touches: Option<bool>,
     /// Collision groups.

@@ -1,5 +1,6 @@
 //! Documents in exact form: one entry for each body, object and joint, with all numbers.
 
+use super::drawn::state_at;
 use super::entries::{AttitudeEntry, BodyEntry, FixedEntry, LookValue, PieceEntry, plain};
 use super::gears::GearEntry;
 use super::joints::{JointEntry, MotorEntry};
@@ -15,10 +16,15 @@ use tumble_core::contact::{Partner, Plane};
 use tumble_core::error::Error;
 use tumble_core::joint::{Drive, Gear, GearAxis, Knots, Motor};
 use tumble_core::mechanics::{Load, RigidBody, State};
+use tumble_core::simulation::random::Draws;
 use tumble_core::world::Coefficient;
 use tumble_model::failure::Failure;
 use tumble_model::fields::{Exactly, numbers};
 use tumble_model::joint::JointKind;
+
+/// Relative tolerance between a stored start and the same draw computed again, possibly on another
+/// machine.
+const SAME: f64 = 1e-12;
 
 /// Owner of a surface, by the indices of the entries. Pieces of fixed objects are counted one by one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,7 +80,7 @@ impl Document {
 
     /// Coefficient of friction of the ground.
     pub fn friction_of_ground(&self) -> f64 {
-        self.ground.as_ref().map_or(0.0, |ground| ground.friction)
+        self.ground.as_ref().and_then(|ground| ground.friction).unwrap_or(0.0)
     }
 
     /// Number of fixed pieces.
@@ -293,9 +299,6 @@ impl Document {
             looks.for_each(|body| body.look = heir.name.clone().map(LookValue::Of));
         }
         let stays = |between: &Exactly<String, 2>| between.0.iter().all(|body| body != name);
-        for pairs in [&mut self.friction, &mut self.restitution] {
-            pairs.retain(|pair| stays(&pair.between));
-        }
         for law in Coefficient::ALL {
             if let Some(pairs) = self.coefficient_mut(law) {
                 pairs.retain(|pair| stays(&pair.between));
@@ -353,31 +356,15 @@ impl Document {
         }
     }
 
-    /// Sets the coefficient of friction of everything, moving or not.
-    pub fn set_friction(&mut self, friction: f64) {
+    /// Sets a coefficient of everything, moving or not; `None` for the defaults.
+    pub fn set_coefficient(&mut self, of: Coefficient, value: Option<f64>) {
         if let Some(ground) = &mut self.ground {
-            (ground.friction, ground.static_friction) = (friction, None);
+            *ground.coefficient_mut(of) = value;
         }
-        for body in &mut self.bodies {
-            (body.friction, body.static_friction) = (None, None);
-        }
-        for fixed in &mut self.fixed {
-            (fixed.friction, fixed.static_friction) = (None, None);
-        }
-        for terrain in &mut self.terrain {
-            (terrain.friction, terrain.static_friction) = (None, None);
-        }
-        self.friction.clear();
-        self.static_friction = None;
-    }
-
-    /// Sets the coefficient of restitution of everything.
-    pub fn set_restitution(&mut self, restitution: f64) {
-        if let Some(ground) = &mut self.ground {
-            ground.restitution = Some(restitution);
-        }
-        self.bodies.iter_mut().for_each(|body| body.restitution = None);
-        self.restitution.clear();
+        self.bodies.iter_mut().for_each(|body| *body.coefficient_mut(of) = None);
+        self.fixed.iter_mut().for_each(|fixed| *fixed.coefficient_mut(of) = None);
+        self.terrain.iter_mut().for_each(|terrain| *terrain.coefficient_mut(of) = None);
+        *self.coefficient_mut(of) = None;
     }
 
     /// Sets the external `loads`, one per body.
@@ -397,6 +384,39 @@ impl Document {
             entry.set_frame(Place::from_frame(&knots.at(time)));
         }
         Ok(())
+    }
+
+    /// True if a start depends on the seed.
+    pub fn is_drawn(&self) -> bool {
+        self.bodies.iter().any(|body| body.drawn.is_some())
+    }
+
+    /// Name of the first body whose start differs from the draw of `seed`.
+    pub fn seed_mismatch(&self, seed: u32) -> Option<&str> {
+        let mut draws = Draws::new(seed);
+        let ground = self.plane().ok().flatten();
+        let body = self.bodies.iter().find(|body| {
+            let Some(drawn) = &body.drawn else { return false };
+            let still = Vector3::zeros();
+            let ground = ground.as_ref().filter(|_| drawn.ground);
+            let found = state_at(ground, &drawn.place(&mut draws), still, still, &body.centre());
+            let start = body.start();
+            let off = (found.position - start.position).amax();
+            let turned = (found.attitude - start.attitude).amax();
+            // Written so that a NaN counts as a difference.
+            let is_there = off <= SAME * (1.0 + start.position.amax()) && turned <= SAME;
+            !is_there
+        });
+        body.map(|body| body.name())
+    }
+
+    /// Removes the descriptions of the random starts unless all starts equal the draws of `seed`.
+    ///
+    /// They differ after a body was removed or a state was set.
+    pub fn drop_draws_unless_from(&mut self, seed: u32) {
+        if self.seed_mismatch(seed).is_some() {
+            self.bodies.iter_mut().for_each(|body| body.drawn = None);
+        }
     }
 
     /// Places of the names of bodies, fixed objects, terrains and joints.
@@ -521,15 +541,7 @@ impl BodyEntry {
     /// # Errors
     /// The errors of the core for invalid properties.
     pub fn rigid_body(&self, shape: &BodyShape) -> Result<RigidBody, Error> {
-        let body = shape.body(self.mass(), self.inertia(), &self.centre())?;
-        let body = match self.friction {
-            Some(friction) => body.with_friction(friction)?,
-            None => body,
-        };
-        match self.restitution {
-            Some(restitution) => body.with_restitution(restitution),
-            None => Ok(body),
-        }
+        shape.body(self.mass(), self.inertia(), &self.centre())
     }
 
     /// Name of the body that has its shape in numbers.
@@ -537,11 +549,10 @@ impl BodyEntry {
         self.shape.as_deref().or(self.name.as_deref())
     }
 
-    /// True if both have the same shape, mass properties and coefficients.
+    /// True if both have the same shape and mass properties.
     pub fn is_like(&self, other: &Self) -> bool {
         self.mass == other.mass
-            && (self.centre, self.friction) == (other.centre, other.friction)
-            && self.restitution == other.restitution
+            && self.centre == other.centre
             && self.inertia == other.inertia
             && self.shape_owner() == other.shape_owner()
     }

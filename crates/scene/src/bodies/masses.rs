@@ -1,12 +1,13 @@
 //! Mass, inertia and centre of mass of a body, given explicitly or computed from its shape.
 
-use super::build::with_field;
 use super::entries::BodyEntry;
 use crate::bodies::shape::{BodyShape, SpecificSolid};
 use crate::tables::InertiaValue;
 use nalgebra::{Matrix3, Vector3};
+use tumble_core::error::Error;
 use tumble_core::geometry::{Aabb, Hint, PairScratch, Piece, overlap};
 use tumble_core::mechanics::Pose;
+use tumble_model::failure::field_of;
 
 /// Inertia of a point mass per unit mass (m²). It has no effect.
 const POINT_INERTIA: f64 = 1.0;
@@ -111,4 +112,9 @@ pub fn mass_properties(
         }
         (None, None) => Err("inertia: required with `points`".to_owned()),
     }
+}
+
+/// Error of the core with the field that causes it.
+pub fn with_field(error: &Error) -> String {
+    format!("{}: {error}", field_of(error).unwrap_or("shape"))
 }

@@ -26,7 +26,6 @@ mod world;
 use super::document::Document;
 use super::scene::Scene;
 use super::solver_choice::SolverChoice;
-use super::tables::SolverTable;
 use crate::robots;
 use build::BuiltDocument;
 use entries::{BodyEntry, Files, PieceEntry};
@@ -35,13 +34,12 @@ use tumble_core::geometry::Piece;
 use tumble_core::mechanics::load::Polyline;
 use tumble_model::failure::Failure;
 
-/// Makes the scene of a `document`. `files` reads mesh files.
+/// Makes the scene of the document `run`. `files` reads mesh files.
 ///
 /// # Errors
 /// The first invalid value.
-pub fn scene(name: String, document: Document, files: Files<'_>) -> Result<Scene, Failure> {
-    let run = RunSettings::new(&document);
-    let built = build::build(document, files).map_err(Failure::Input)?;
+pub fn scene(name: String, mut run: Document, files: Files<'_>) -> Result<Scene, Failure> {
+    let built = build::build(&mut run, files).map_err(Failure::Input)?;
     let Document { bodies, fixed, terrain, joints, driven, .. } = &built.document;
     let is_alone = bodies.len() == 1 && fixed.is_empty() && terrain.is_empty();
     if built.document.ground.is_none() && !(is_alone && joints.is_empty() && driven.is_empty()) {
@@ -62,50 +60,28 @@ pub fn scene_from_robot(
     robot: &tumble_robot::model::Robot,
 ) -> Result<Scene, Failure> {
     let built = robots::entry::alone(robot, document).map_err(Failure::Input)?;
-    scene_from_built(name, &RunSettings::new(document), built)
+    scene_from_built(name, document, built)
 }
 
-/// Settings of a run that are not part of the exact form.
-struct RunSettings {
-    seed: u32,
-    start_index: u64,
-    rows: u64,
-    solver: SolverTable,
-}
-
-impl RunSettings {
-    fn new(document: &Document) -> Self {
-        Self {
-            seed: document.seed(),
-            start_index: document.first_index(),
-            rows: document.rows(),
-            solver: document.solver(),
-        }
-    }
-}
-
-/// Makes the scene of a built document and checks its initial state.
-fn scene_from_built(
-    name: String,
-    run: &RunSettings,
-    built: BuiltDocument,
-) -> Result<Scene, Failure> {
+/// Makes the scene of a built document with the settings of the document `run`, and checks its initial
+/// state.
+fn scene_from_built(name: String, run: &Document, built: BuiltDocument) -> Result<Scene, Failure> {
     let BuiltDocument { mut document, drawn, mut robots, notes } = built;
     let world = robots::starts::settled(&mut document, &mut robots)?;
     let has_ground = document.ground.is_some();
-    let contact = has_ground.then(|| SolverChoice::new(&run.solver)).transpose()?;
+    let contact = has_ground.then(|| SolverChoice::new(&run.solver())).transpose()?;
     if let Some(contact) = &contact {
         // Reports a solver that does not support this world before any file is written.
         contact.solver(&world)?;
     }
     let scene = Scene {
-        seed: run.seed,
+        seed: run.seed(),
         drawn,
-        start_index: run.start_index,
-        rows: run.rows,
+        start_index: run.first_index(),
+        rows: run.rows(),
         robots,
         file_notes: notes,
-        trajectory: run.solver.preset.is_some(),
+        trajectory: run.solver().preset.is_some(),
         ..Scene::from_document(name, document, world, contact)?
     };
     (0..scene.bodies.len()).try_for_each(|index| refuse_violent_load(&scene, index))?;

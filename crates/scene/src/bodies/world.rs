@@ -1,13 +1,12 @@
 //! World of a document in exact form.
 
-use super::entries::{BodyEntry, Files, PairEntry};
+use super::entries::{BodyEntry, Files};
 use super::exact::{Collider, NameIndex};
 use super::joints::JointEntry;
 use crate::document::Document;
-use tumble_core::error::Error;
 use tumble_core::joint::{Gear, Joint};
 use tumble_core::mechanics::RigidBody;
-use tumble_core::world::{Coefficient, Fixed, FixedTerrain, Parameters, SurfaceMotion, World};
+use tumble_core::world::{Coefficient, Parameters, SurfaceMotion, World};
 use tumble_model::failure::Failure;
 use tumble_model::fields::Numbers;
 
@@ -79,41 +78,23 @@ impl Document {
 
     /// Adds fixed pieces and terrains to `world`.
     fn with_fixed(&self, world: World) -> Result<World, Failure> {
-        let mut fixed = Vec::with_capacity(self.fixed_count());
-        for entry in &self.fixed {
-            for piece in entry.pieces.iter().flatten() {
-                fixed.push(Fixed { piece: piece.piece()?, friction: entry.friction });
-            }
-        }
+        let pieces = self.fixed.iter().flat_map(|entry| entry.pieces.iter().flatten());
+        let fixed = pieces.map(|piece| piece.piece()).collect::<Result<_, _>>()?;
         let terrain = |(index, entry): (usize, &super::terrain::TerrainEntry)| {
             let terrain = entry.terrain(&Files::none());
-            let terrain =
-                terrain.map_err(|why| Failure::Input(format!("terrain[{index}].{why}")))?;
-            Ok(FixedTerrain { terrain, friction: entry.friction })
+            terrain.map_err(|why| Failure::Input(format!("terrain[{index}].{why}")))
         };
-        let terrains = self.terrain.iter().enumerate().map(terrain);
-        let terrains: Result<Vec<_>, Failure> = terrains.collect();
-        Ok(world.with_fixed(fixed)?.with_terrains(terrains?)?)
+        let terrains = self.terrain.iter().enumerate().map(terrain).collect::<Result<_, _>>()?;
+        Ok(world.with_fixed(fixed).with_terrains(terrains))
     }
 
     /// Sets the coefficients of the world, of owners and of pairs.
     fn with_coefficients(&self, names: &NameIndex<'_>, world: World) -> Result<World, Failure> {
         let ground = self.ground.clone().unwrap_or_default();
-        let world = world.with_restitution(ground.restitution.unwrap_or(0.0))?;
         let world = match ground.rebound_speed {
             Some(speed) => world.with_rebound_speed(speed)?,
             None => world,
         };
-        let pairs =
-            |pairs: &[PairEntry],
-             world: World,
-             set: &dyn Fn(World, usize, _, f64) -> Result<World, Error>| {
-                pairs.iter().try_fold(world, |world, pair| {
-                    let (body, partner) = names.pair(&pair.between).map_err(Failure::Input)?;
-                    Ok::<_, Failure>(set(world, body, self.partner(partner), pair.coefficient)?)
-                })
-            };
-        let world = pairs(&self.friction, world, &World::with_friction_between)?;
         let mut world = world.with_stick_speed(ground.stick_speed.clone().unwrap_or_default())?;
         for (law, value) in Coefficient::ALL.into_iter().zip(ground.coefficients()) {
             if let Some(value) = value {
@@ -129,12 +110,13 @@ impl Document {
             }
         }
         for (law, entries) in Coefficient::ALL.into_iter().zip(self.coefficients()) {
-            let set = |world: World, body, partner, value| {
-                world.with_coefficient_between(law, body, partner, value)
-            };
-            world = pairs(entries.map_or(&[][..], Vec::as_slice), world, &set)?;
+            for pair in entries.into_iter().flatten() {
+                let (body, partner) = names.pair(&pair.between).map_err(Failure::Input)?;
+                let partner = self.partner(partner);
+                world = world.with_coefficient_between(law, body, partner, pair.coefficient)?;
+            }
         }
-        pairs(&self.restitution, world, &World::with_restitution_between)
+        Ok(world)
     }
 
     /// Adds the joints and gears to `world`.

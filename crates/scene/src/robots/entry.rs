@@ -1,63 +1,23 @@
 //! Tables `[[robots]]`, and scenes of a single robot file.
 
+use super::table::RobotEntry;
 use super::{Assembled, Placing};
 use crate::bodies::build::{BuiltDocument, head};
 use crate::bodies::copies::MOST_BODIES;
-use crate::bodies::entries::{AttitudeEntry, Files, placed};
+use crate::bodies::entries::{Files, placed};
 use crate::document::Document;
 use crate::settings::RobotSettings;
 use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 use std::path::Path;
 use tumble_core::geometry::smooth::USUAL_SIDES;
 use tumble_core::world::Plane;
 use tumble_model::failure::Failure;
-use tumble_model::fields::Numbers;
 use tumble_model::shown;
 use tumble_robot::model::{Moves, Robot};
-use tumble_robot::{LARGEST_FILE, LinkFrame, MeshPieces, Reading, read};
+use tumble_robot::{LARGEST_FILE, LinkFrame, Reading, read};
 
 /// Coefficient of friction on the ground for a robot file without one.
 const USUAL_FRICTION: f64 = 1.0;
-
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields, expecting = "a table [[robots]]")]
-pub struct RobotEntry {
-    /// File in URDF, SDF or MJCF.
-    file: String,
-    /// Prefix of the names of links and joints.
-    prefix: Option<String>,
-    /// Position of the file's world, or of the root link of a URDF (m).
-    position: Option<Numbers<3>>,
-    /// Its attitude.
-    attitude: Option<AttitudeEntry>,
-    /// Name of a keyframe at the start.
-    pose: Option<String>,
-    /// Initial coordinates of joints by name (m or rad).
-    coordinates: Option<BTreeMap<String, f64>>,
-    /// False if links of the robot do not touch each other.
-    self_collision: Option<bool>,
-    /// False if links that are fixed to each other stay separate.
-    merge_fixed: Option<bool>,
-    /// True if the root link is fixed to the world.
-    fixed: Option<bool>,
-    /// Number of sides of the prisms that other bodies touch instead of cylinders.
-    sides: Option<usize>,
-    /// Folder of `package://` and `model://`.
-    packages: Option<String>,
-    /// Convex pieces of meshes by the name of the mesh.
-    meshes: Option<MeshPieces>,
-    /// Parts of the file to ignore.
-    leave_out: Option<Vec<String>>,
-    /// True if contacts of an MJCF file have sliding friction only.
-    point_contacts: Option<bool>,
-    /// Collision groups of all its links.
-    pub groups: Option<Vec<String>>,
-    /// Groups that its links collide with.
-    pub collides_with: Option<Vec<String>>,
-}
 
 impl RobotEntry {
     /// Prefix of the robot's names.

@@ -6,6 +6,7 @@ mod forms;
 mod joints;
 pub mod starts;
 mod states;
+pub mod table;
 mod touch;
 mod touching;
 

@@ -55,7 +55,7 @@ impl Assembled {
                     let plane = Plane::new(normal, normal.dot(&frame.position));
                     let plane = plane.map_err(|error| format!("{}: {error}", shape.at))?;
                     ground.set_plane(Some(&plane));
-                    ground.friction = friction_of(shape).unwrap_or(ground.friction);
+                    ground.friction = friction_of(shape).or(ground.friction);
                     Owner::Ground
                 }
                 None if let RobotForm::Field(field) = &shape.form => {
@@ -139,7 +139,7 @@ impl Assembled {
                 };
                 let pair = |coefficient| PairEntry { between: between.clone(), coefficient };
                 if ours != theirs || ours != sliding {
-                    document.friction.push(pair(sliding));
+                    document.friction.get_or_insert_default().push(pair(sliding));
                 }
                 for (k, (friction, of)) in [torsional, rolling].into_iter().zip(TURNING).enumerate()
                 {

@@ -1,9 +1,11 @@
 //! Solver settings in run.json.
 
-use crate::solver_choice::SolverChoice;
+use crate::solver_choice::{SolverChoice, SolverTable};
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 use tumble_core::world::World;
 use tumble_model::failure::Failure;
+use tumble_model::fields::named;
 
 /// Solver of the steps and its settings.
 #[derive(Debug, Serialize, Deserialize)]
@@ -49,5 +51,32 @@ impl SolverSettings {
             residual: contact.and_then(SolverChoice::residual),
             accepted_residual_m_s: Some(solver.map_or(0.0, |solver| solver.accepted_residual())),
         })
+    }
+
+    /// Solver with these settings; `None` for a floating body.
+    ///
+    /// # Errors
+    /// Settings that no solver has.
+    pub fn choice(&self) -> Result<Option<SolverChoice>, Failure> {
+        if self.name == "rk4" {
+            return Ok(None);
+        }
+        let table = match &self.preset {
+            Some(preset) => json!({ "preset": preset }),
+            None => json!({
+                "name": self.name,
+                "detection": self.detection,
+                "on_failure": self.on_failure,
+                "tolerance": self.tol,
+                "max_iterations": self.max_iter,
+                "residual": self.residual,
+            }),
+        };
+        let table: Result<SolverTable, _> = serde_path_to_error::deserialize(table);
+        let table = table.map_err(|error| {
+            let path = format!("solver.{}", error.path());
+            Failure::Input(named(&path, &error.inner().to_string()))
+        })?;
+        SolverChoice::new(&table).map(Some)
     }
 }

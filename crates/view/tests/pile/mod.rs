@@ -8,7 +8,7 @@ use tumble_core::mechanics::{RigidBody, Rotation, State};
 use tumble_core::simulation::Interval;
 use tumble_core::step::StepSolution;
 use tumble_core::step::StepStatus;
-use tumble_core::world::{Fixed, Parameters, World};
+use tumble_core::world::{Parameters, World};
 use tumble_scene::output::tables::{ContactRow, IntervalRows, KeyText};
 use tumble_view::{Film, Object, Shape};
 
@@ -168,8 +168,8 @@ pub fn film(steps: u64) -> Film {
         rotation: Rotation::Tutorial,
         ..Parameters::new((0..100).map(rigid).collect())
     });
-    let ramp = Fixed { piece: ramp(), friction: None };
-    let world = world.unwrap().with_fixed(vec![ramp]).unwrap();
+    let ramp = ramp();
+    let world = world.unwrap().with_fixed(vec![ramp]);
     let bodies = (0..100).map(|b| {
         let (name, pieces) = pieces(b);
         let shapes = pieces.iter().map(Shape::from).collect();
@@ -196,7 +196,7 @@ pub fn film(steps: u64) -> Film {
     };
     let fixed = world.fixed().iter().map(|fixed| Object {
         name: "ramp".to_owned(),
-        shapes: vec![Shape::from(&fixed.piece)],
+        shapes: vec![Shape::from(fixed)],
         ..Object::default()
     });
     Film {

@@ -3,7 +3,7 @@
 use super::*;
 use crate::geometry::terrain::HeightField;
 use crate::mechanics::{RigidBody, Rotation};
-use crate::world::{Fixed, FixedTerrain, Parameters};
+use crate::world::Parameters;
 use nalgebra::Matrix3;
 use std::sync::Arc;
 
@@ -43,9 +43,9 @@ fn tiles(step: f64) -> World {
         let (x, y) = ((place % 3) as f64, (place / 3) as f64);
         let shift = Vector3::new(0.2 * x, 0.2 * y, if place == 7 { step } else { 0.0 });
         let piece = Piece::cuboid(Vector3::new(0.1, 0.1, 0.05)).unwrap();
-        Fixed { piece: piece.moved_by(&Matrix3::identity(), &shift).unwrap(), friction: None }
+        piece.moved_by(&Matrix3::identity(), &shift).unwrap()
     };
-    world().with_fixed((0..9).map(tile).collect()).unwrap()
+    world().with_fixed((0..9).map(tile).collect())
 }
 
 /// The tile in the middle has only flush edges and corners at its top and bottom. The tile at a corner has two
@@ -73,8 +73,8 @@ fn a_step_between_tiles_hides_nothing() {
 fn field(last: f64) -> World {
     let heights = (0..25).map(|place| if place % 5 == 4 { last } else { 0.0 }).collect();
     let field = HeightField::new(heights, 5, [0.1, 0.1]).unwrap();
-    let terrain = FixedTerrain { terrain: Arc::new(field.into()), friction: None };
-    world().with_terrains(vec![terrain]).unwrap()
+    let terrain = Arc::new(field.into());
+    world().with_terrains(vec![terrain])
 }
 
 /// A triangle inside a flat field has no edge and no vertex of its own. One at a ridge keeps the edge, and

@@ -10,7 +10,6 @@ use rand_mt::Mt64;
 use std::sync::Arc;
 use tumble_core::geometry::Terrain;
 use tumble_core::geometry::terrain::{HeightField, Surface};
-use tumble_core::world::FixedTerrain;
 
 type V = Vector3<f64>;
 
@@ -29,8 +28,8 @@ fn empty(body: RigidBody, friction: f64) -> World {
 }
 
 fn on_terrain(world: &World, terrain: impl Into<Terrain>) -> World {
-    let terrain = FixedTerrain { terrain: Arc::new(terrain.into()), friction: None };
-    world.clone().with_terrains(vec![terrain]).unwrap()
+    let terrain = Arc::new(terrain.into());
+    world.clone().with_terrains(vec![terrain])
 }
 
 /// World with fixed boxes, each with half sides, turned about y by an angle, at a place.
@@ -39,9 +38,9 @@ fn on_boxes(world: &World, boxes: &[(V, f64, V)]) -> World {
         let (s, c) = angle.sin_cos();
         let turn = Matrix3::new(c, 0.0, s, 0.0, 1.0, 0.0, -s, 0.0, c);
         let piece = Piece::cuboid(*half).unwrap().moved_by(&turn, at).unwrap();
-        Fixed { piece, friction: None }
+        piece
     });
-    world.clone().with_fixed(fixed.collect()).unwrap()
+    world.clone().with_fixed(fixed.collect())
 }
 
 /// The states after each of `steps` steps. No step fails.

@@ -34,9 +34,9 @@ fn crossing([a, b, c]: [V; 3], origin: &V, direction: &V) -> Option<f64> {
 #[test]
 fn rays_meet_the_nearest_triangle() {
     for (name, terrain) in terrains() {
-        let fixed = FixedTerrain { terrain: Arc::clone(&terrain), friction: None };
+        let fixed = Arc::clone(&terrain);
         let world = empty(body(Piece::sphere(0.1).unwrap()), 0.5);
-        let world = world.with_terrains(vec![fixed]).unwrap();
+        let world = world.with_terrains(vec![fixed]);
         let far = at([0.0, 0.0, 500.0], [0.0; 3], [0.0; 3]);
         let query = Query::new(&world, &[far]).unwrap();
         let mut random = Mt64::new(5);
@@ -69,9 +69,9 @@ fn rays_meet_the_nearest_triangle() {
 #[test]
 fn distances_are_those_of_the_nearest_triangle() {
     for (name, terrain) in terrains() {
-        let fixed = FixedTerrain { terrain: Arc::clone(&terrain), friction: None };
+        let fixed = Arc::clone(&terrain);
         let ball = Piece::sphere(0.1).unwrap();
-        let world = empty(body(ball.clone()), 0.5).with_terrains(vec![fixed]).unwrap();
+        let world = empty(body(ball.clone()), 0.5).with_terrains(vec![fixed]);
         let mut random = Mt64::new(6);
         let mut any = |size: f64| size * (2.0 * uniform(&mut random) - 1.0);
         for _ in 0..100 {

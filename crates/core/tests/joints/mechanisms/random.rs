@@ -240,7 +240,9 @@ fn middle(states: &[State]) -> Vector3<f64> {
 pub fn smooth(mut world: World, bars: &[usize]) -> World {
     for (k, bar) in bars.iter().enumerate() {
         for other in &bars[k + 1..] {
-            world = world.with_friction_between(*bar, Partner::Body(*other), 0.0).unwrap();
+            world = world
+                .with_coefficient_between(Coefficient::Friction, *bar, Partner::Body(*other), 0.0)
+                .unwrap();
         }
     }
     world

@@ -3,10 +3,9 @@
 use super::{Scene, at, run, solid_box};
 use crate::common::prelude::*;
 
-fn fixed_box(half_sides: [f64; 3], centre: [f64; 3]) -> Fixed {
+fn fixed_box(half_sides: [f64; 3], centre: [f64; 3]) -> Piece {
     let piece = Piece::cuboid(Vector3::from(half_sides)).unwrap();
-    let piece = piece.moved_by(&Matrix3::identity(), &Vector3::from(centre)).unwrap();
-    Fixed { piece, friction: None }
+    piece.moved_by(&Matrix3::identity(), &Vector3::from(centre)).unwrap()
 }
 
 /// Box that slides along x from 0 at 2 m/s with μ = 0.3. Its lower face is at `height` [m].
@@ -57,7 +56,9 @@ fn a_box_slides_over_tiles_that_are_bodies() {
     let scene = Scene::new(bodies, 0.3, 0.002);
     let mut world = scene.world();
     for tile in 1..=10 {
-        world = world.with_friction_between(tile, Partner::Ground, 0.9).unwrap();
+        world = world
+            .with_coefficient_between(Coefficient::Friction, tile, Partner::Ground, 0.9)
+            .unwrap();
     }
     let records = run(&world, &scene.states, steps);
     let (way, off) = ways(&records, 0.1);

@@ -16,7 +16,7 @@ const GRAVITY: f64 = 9.81;
 #[derive(Debug, Clone)]
 struct Scene {
     parameters: Parameters,
-    fixed: Vec<Fixed>,
+    fixed: Vec<Piece>,
     states: Vec<State>,
 }
 
@@ -35,7 +35,7 @@ impl Scene {
     }
 
     fn world(&self) -> World {
-        euler(self.parameters.clone()).with_fixed(self.fixed.clone()).unwrap()
+        euler(self.parameters.clone()).with_fixed(self.fixed.clone())
     }
 
     /// Runs the scene and returns the records of all steps. Every step must be solved.

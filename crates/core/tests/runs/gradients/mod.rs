@@ -19,7 +19,6 @@ use compare::{
     Direction, Tally, apart, compare, difference, directions, on_a_slope, size, step, transposed,
 };
 use tumble_core::solver::native::{Smoothing, StepGradient};
-use tumble_core::world::Coefficient;
 
 /// Component of δv along the slope for changes of the constants of the world.
 fn along_the_slope(

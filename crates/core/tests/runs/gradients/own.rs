@@ -43,13 +43,15 @@ fn sliding_velocity_derivative_by_pair_and_body_friction() {
     let (world, states) = on_a_slope(angle, 0.3, 1.0);
     let close =
         |found: f64, expected: f64| assert!((found - expected).abs() < 1e-11, "{found} {expected}");
-    let paired = world.clone().with_friction_between(0, Partner::Ground, 0.2).unwrap();
+    let paired = world
+        .clone()
+        .with_coefficient_between(Coefficient::Friction, 0, Partner::Ground, 0.2)
+        .unwrap();
     let scene = (paired, states.clone());
     close(by_one(&scene, way, (Constant::PairFriction, 0)), by_friction);
     close(by_one(&scene, way, (Constant::Friction, 0)), 0.0);
-    let mut parameters = world.parameters().clone();
-    parameters.bodies[0] = parameters.bodies[0].clone().with_friction(0.1).unwrap();
-    let scene = (euler(parameters), states);
+    let of_body = world.with_coefficient_of(Coefficient::Friction, Partner::Body(0), 0.1);
+    let scene = (of_body.unwrap(), states);
     let (own, other) = (0.1, 0.3_f64);
     close(
         by_one(&scene, way, (Constant::BodyFriction, 0)),
@@ -74,17 +76,18 @@ fn a_bounce_by_restitution_of_its_own() {
         velocity: Vector3::new(0.0, 0.0, -3.0),
         ..State::at_rest(Vector3::new(0.0, 0.0, 0.101))
     }];
-    let world = euler(parameters.clone()).with_restitution(0.4).unwrap();
+    let world = euler(parameters.clone()).with_coefficient(Coefficient::Restitution, 0.4).unwrap();
     let close =
         |found: f64, expected: f64| assert!((found - expected).abs() < 1e-9, "{found} {expected}");
-    let paired = world.clone().with_restitution_between(0, Partner::Ground, 0.5).unwrap();
+    let paired = world
+        .clone()
+        .with_coefficient_between(Coefficient::Restitution, 0, Partner::Ground, 0.5)
+        .unwrap();
     let scene = (paired, states.clone());
     close(by_one(&scene, Vector3::z(), (Constant::PairRestitution, 0)), 3.0);
     close(by_one(&scene, Vector3::z(), (Constant::Restitution, 0)), 0.0);
-    let mut parameters = parameters;
-    parameters.bodies[0] = parameters.bodies[0].clone().with_restitution(0.9).unwrap();
-    let world = euler(parameters).with_restitution(0.4).unwrap();
-    let scene = (world, states);
+    let of_body = world.with_coefficient_of(Coefficient::Restitution, Partner::Body(0), 0.9);
+    let scene = (of_body.unwrap(), states);
     close(
         by_one(&scene, Vector3::z(), (Constant::BodyRestitution, 0)),
         3.0 * 0.5 * (0.4_f64 / 0.9).sqrt(),
@@ -102,18 +105,26 @@ fn coefficients_are_set_where_they_are_read() {
     let (world, _) = on_a_slope(0.0, 0.3, 0.0);
     let mut parameters = world.parameters().clone();
     let body = parameters.bodies[0].clone();
-    parameters.bodies = vec![
-        body.clone(),
-        body.clone().with_friction(0.1).unwrap().with_restitution(0.2).unwrap(),
-        body.with_friction(0.4).unwrap(),
-    ];
-    let world = euler(parameters);
-    let world = world.with_friction_between(2, Partner::Body(0), 0.6).unwrap();
-    let world = world.with_restitution_between(0, Partner::Ground, 0.7).unwrap();
+    parameters.bodies = vec![body; 3];
+    let plate = Piece::cuboid(Vector3::repeat(1.0)).unwrap();
+    let mut world = euler(parameters).with_fixed(vec![plate]);
+    for (of, owner, own) in [
+        (Coefficient::Friction, Partner::Body(1), 0.1),
+        (Coefficient::Restitution, Partner::Body(1), 0.2),
+        (Coefficient::Friction, Partner::Body(2), 0.4),
+        (Coefficient::Restitution, Partner::Fixed(0), 0.1),
+    ] {
+        world = world.with_coefficient_of(of, owner, own).unwrap();
+    }
+    let world =
+        world.with_coefficient_between(Coefficient::Friction, 2, Partner::Body(0), 0.6).unwrap();
+    let world =
+        world.with_coefficient_between(Coefficient::Restitution, 0, Partner::Ground, 0.7).unwrap();
     for (constant, own, new) in [
         (Constant::BodyFriction, vec![0.1, 0.4], vec![0.2, 0.5]),
         (Constant::BodyRestitution, vec![0.2], vec![0.3]),
         (Constant::FixedFriction, vec![], vec![]),
+        (Constant::FixedRestitution, vec![0.1], vec![0.4]),
         (Constant::PairFriction, vec![0.6], vec![0.8]),
         (Constant::PairRestitution, vec![0.7], vec![0.9]),
     ] {
@@ -267,7 +278,7 @@ fn ball_striking_a_resting_box_has_zero_margin() {
     let states = [at(0.05, 0.0), at(0.18, -0.2)];
     for (restitution, is_kink) in [(0.0, false), (0.5, true)] {
         let world = world.clone().unwrap().with_integrator(Integrator::Euler);
-        let world = world.with_restitution(restitution).unwrap();
+        let world = world.with_coefficient(Coefficient::Restitution, restitution).unwrap();
         let (simulation, record) = step(&world, &states, &[]).unwrap();
         let mut derivative = StepDerivative::new();
         simulation.linearise(&record, &mut derivative).unwrap();

@@ -6,7 +6,7 @@ use super::draw::Draw;
 use super::{Tally, apart, compare, directions, size, step, transposed};
 use crate::common::prelude::*;
 use rand_mt::Mt;
-use tumble_core::world::{Coefficient, StickSpeed, SurfaceMotion};
+use tumble_core::world::{StickSpeed, SurfaceMotion};
 
 impl Draw {
     /// Box, rounded box, capsule or ball of about `size` [m]. It may be as thin as a thirtieth of
@@ -59,7 +59,7 @@ impl Pair {
             bodies.truncate(1);
             let place = states.remove(1).pose();
             let shape = draw.piece(2.0 * sizes[1]).moved_by(&place.rotation, &place.position);
-            fixed.push(Fixed { piece: shape.unwrap(), friction: None });
+            fixed.push(shape.unwrap());
         }
         let parameters = Parameters {
             bodies,
@@ -73,26 +73,35 @@ impl Pair {
                 Rotation::Tutorial
             },
         };
-        let world = euler(parameters).with_fixed(fixed).unwrap();
+        let world = euler(parameters).with_fixed(fixed);
         let restitution = if draw.within(0.0, 1.0) < 0.3 { 0.5 } else { 0.0 };
-        Self { world: world.with_restitution(restitution).unwrap(), states }
+        Self {
+            world: world.with_coefficient(Coefficient::Restitution, restitution).unwrap(),
+            states,
+        }
     }
 
     /// The same pair with its own coefficients, either of the pair or of one body.
     fn with_coefficients(self, number: usize) -> Self {
         let other = if self.states.len() == 1 { Partner::Fixed(0) } else { Partner::Body(1) };
         if number.is_multiple_of(2) {
-            let world = self.world.with_friction_between(0, other, 0.4).unwrap();
-            let world = world.with_restitution_between(0, other, 0.6).unwrap();
+            let world =
+                self.world.with_coefficient_between(Coefficient::Friction, 0, other, 0.4).unwrap();
+            let world =
+                world.with_coefficient_between(Coefficient::Restitution, 0, other, 0.6).unwrap();
             return Self { world, ..self };
         }
-        let mut parameters = self.world.parameters().clone();
-        let body = parameters.bodies[0].clone().with_friction(0.2).unwrap();
-        parameters.bodies[0] = body.with_restitution(0.7).unwrap();
-        let mut fixed = self.world.fixed().to_vec();
-        fixed.iter_mut().for_each(|piece| piece.friction = Some(0.5));
-        let world = euler(parameters).with_fixed(fixed).unwrap();
-        let world = world.with_restitution(self.world.restitution().max(0.1)).unwrap();
+        let restitution = self.world.restitution().max(0.1);
+        let mut world = self.world.with_coefficient(Coefficient::Restitution, restitution).unwrap();
+        for (of, owner, own) in [
+            (Coefficient::Friction, Partner::Body(0), 0.2),
+            (Coefficient::Restitution, Partner::Body(0), 0.7),
+            (Coefficient::Friction, Partner::Fixed(0), 0.5),
+        ] {
+            if owner == Partner::Body(0) || other == Partner::Fixed(0) {
+                world = world.with_coefficient_of(of, owner, own).unwrap();
+            }
+        }
         Self { world, ..self }
     }
 
@@ -233,7 +242,7 @@ fn shapes_that_pull_at_each_other() {
     for number in 0..2 * PAIRS {
         let Pair { world, states } = Pair::new(&mut draw, number % 3 == 0);
         let parameters = world.parameters().clone();
-        let world = euler(parameters).with_fixed(world.fixed().to_vec()).unwrap();
+        let world = euler(parameters).with_fixed(world.fixed().to_vec());
         let other = if states.len() == 1 { Partner::Fixed(0) } else { Partner::Body(1) };
         let pull = 10.0_f64.powf(draw.within(0.0, 3.5));
         let world = match number % 2 {
@@ -349,7 +358,7 @@ fn the_order_of_the_bodies_plays_no_part() {
     let world_of = |world: &World| {
         let mut parameters = world.parameters().clone();
         parameters.bodies.reverse();
-        euler(parameters).with_restitution(world.restitution()).unwrap()
+        euler(parameters).with_coefficient(Coefficient::Restitution, world.restitution()).unwrap()
     };
     let back = |states: &[State]| states.iter().rev().copied().collect();
     let image = |changes: &[StateChange], _| changes.iter().rev().copied().collect();
@@ -363,7 +372,7 @@ fn a_world_turned_as_a_whole_turns_its_derivatives() {
     let world_of = |world: &World| {
         let mut parameters = world.parameters().clone();
         parameters.gravity = turn * parameters.gravity;
-        euler(parameters).with_restitution(world.restitution()).unwrap()
+        euler(parameters).with_coefficient(Coefficient::Restitution, world.restitution()).unwrap()
     };
     let there = |states: &[State]| {
         let turned = |state: &State| State {

@@ -34,7 +34,8 @@ fn smooth_shapes_on_the_ground() {
             rotation: Rotation::Momentum,
         };
         let restitution = if number % 5 == 0 { 0.5 } else { 0.0 };
-        let world = euler(parameters).with_restitution(restitution).unwrap();
+        let world =
+            euler(parameters).with_coefficient(Coefficient::Restitution, restitution).unwrap();
         let mut state = State {
             position: Vector3::zeros(),
             attitude: Vector4::from_fn(|_, _| draw.within(-1.0, 1.0)).normalize(),

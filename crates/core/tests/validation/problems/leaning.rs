@@ -10,7 +10,6 @@
 use crate::prelude::*;
 use nalgebra::Matrix3;
 use std::f64::consts::FRAC_PI_2;
-use tumble_core::world::Fixed;
 
 /// L, ρ and half the distance between the rails, m.
 const HALF_LENGTH: f64 = 1.0;
@@ -78,7 +77,7 @@ fn ladder_on_wall(inputs: &TestInputs, runner: &mut Runner<'_>) -> SolvedBy {
     let setup = |angle: f64| {
         let bodies = vec![Subject::new(ladder(mass)?, leaning(angle, 1.0))];
         Ok(Setup {
-            fixed: vec![Fixed { piece: wall.clone(), friction: None }],
+            fixed: vec![wall.clone()],
             frictions: vec![(0, Partner::Fixed(0), 0.0)],
             ..Setup::new(bodies, gravity, friction, DURATION)
         })

@@ -15,26 +15,26 @@ use super::entries::{
 use super::exact::Owner;
 use super::gears::{GearEntry, MOST_GEARS};
 use super::joints::{JointEntry, MotorEntry};
-use super::masses::{HEAVIEST_PART, MILLIMETRES, mass_properties, size_of_large_part};
+use super::masses::{HEAVIEST_PART, MILLIMETRES, mass_properties, size_of_large_part, with_field};
 use super::terrain::TerrainEntry;
 use crate::bodies::place::Place;
 use crate::bodies::shape::BodyShape;
 use crate::choices::StartFrame;
 use crate::coefficients::Each;
-use crate::document::{BODY, Document, USUAL_SEED};
+use crate::document::{Document, USUAL_SEED};
 use crate::robots::Assembled;
+use crate::short_form::BODY;
 use crate::tables::Random;
 use nalgebra::Vector3;
 use names::Named;
 use std::collections::BTreeMap;
 use std::mem::take;
 use tumble_core::contact::Plane;
-use tumble_core::error::Error;
 use tumble_core::mechanics::State;
 use tumble_core::simulation::random::Draws;
 use tumble_core::world::{Coefficient, Impacts};
 use tumble_decompose::DecompositionSettings;
-use tumble_model::failure::field_of;
+use tumble_model::failure::Failure;
 use tumble_model::fields::{Gravity, numbers};
 use tumble_model::shown::{self, checked_name};
 
@@ -71,9 +71,9 @@ pub fn head(document: &Document) -> Result<Document, String> {
     })
 }
 
-/// Exact form of a document.
-pub fn build(mut file: Document, files: Files<'_>) -> Result<BuiltDocument, String> {
-    let mut builder = Builder::new(files, file.seed(), head(&file)?)?;
+/// Exact form of the document `file`, from which its bodies and fixed objects are taken.
+pub fn build(file: &mut Document, files: Files<'_>) -> Result<BuiltDocument, String> {
+    let mut builder = Builder::new(files, file.seed(), head(file)?)?;
     builder.document.refuse_many_groups()?;
     let short = file.body.take().zip(file.start.take());
     if let Some((body, start)) = short {
@@ -91,21 +91,17 @@ pub fn build(mut file: Document, files: Files<'_>) -> Result<BuiltDocument, Stri
         let named = |why: String| format!("terrain[{index}].{why}");
         builder.add_terrain(index, entry).map_err(named)?;
     }
-    let robots = builder.add_robots(&file)?;
+    let robots = builder.add_robots(file)?;
     builder.refuse_equal_names()?;
     builder.document.refuse_unknown_groups()?;
     builder.name_links(&robots);
-    let pairs = builder.pairs_of("friction", &file.friction, 10.0)?;
-    builder.document.friction.extend(pairs);
     for of in Coefficient::ALL {
         let entries = file.coefficient_mut(of).take().unwrap_or_default();
-        let pairs = builder.pairs_of(of.name(), &entries, of.largest())?;
+        let pairs = builder.pairs_with(of, &entries)?;
         if !pairs.is_empty() {
             builder.document.coefficient_mut(of).get_or_insert_default().extend(pairs);
         }
     }
-    let pairs = builder.pairs_of("restitution", &file.restitution, 1.0)?;
-    builder.document.restitution.extend(pairs);
     for (index, entry) in file.apart.iter().enumerate() {
         let pairs = builder.pairs(&entry.between).map_err(|why| format!("apart[{index}].{why}"))?;
         builder.document.apart.extend(pairs.into_iter().map(|between| ApartEntry { between }));
@@ -134,6 +130,18 @@ pub fn build(mut file: Document, files: Files<'_>) -> Result<BuiltDocument, Stri
     builder.refuse_large_looks()?;
     let Builder { document, drawn, notes, .. } = builder;
     Ok(BuiltDocument { document, drawn, robots, notes })
+}
+
+impl Document {
+    /// Exact form of a document without files.
+    ///
+    /// # Errors
+    /// The first invalid value.
+    pub fn exact(mut self) -> Result<Self, Failure> {
+        self.check().map_err(Failure::Input)?;
+        let built = build(&mut self, Files::none()).map_err(Failure::Input)?;
+        Ok(built.document)
+    }
 }
 
 /// Adds the body described by a table at the end of a `document` in exact form.
@@ -269,7 +277,7 @@ impl<'a> Builder<'a> {
         let copies = copies(place, entry.copies.as_ref(), entry.ring.as_ref(), room, "bodies");
         let copies = copies.map_err(named)?;
         self.document.add_groups(entry.groups.as_deref()).map_err(named)?;
-        self.refuse_coefficients(entry.coefficients(), entry.friction).map_err(named)?;
+        self.refuse_coefficients(entry.coefficients()).map_err(named)?;
         let given = entry.clone();
         entry.set_mass(mass, &inertia);
         let mut template = BodyEntry {
@@ -456,8 +464,7 @@ impl<'a> Builder<'a> {
         let ring = entry.ring.take();
         let copies = copies(place, grid.as_ref(), ring.as_ref(), room, "fixed pieces");
         let copies = copies.map_err(named)?;
-        refuse_friction(entry.friction).map_err(named)?;
-        self.refuse_coefficients(entry.coefficients(), entry.friction).map_err(named)?;
+        self.refuse_coefficients(entry.coefficients()).map_err(named)?;
         self.document.add_groups(entry.groups.as_deref()).map_err(named)?;
         let count = copies.len();
         let frame = entry.frame.take();
@@ -480,12 +487,12 @@ impl<'a> Builder<'a> {
         self.register(entry.name, (first..next).map(Owner::Fixed).collect()).map_err(named)
     }
 
-    /// Rejects own coefficients out of range. That of static friction is at least the own coefficient of
-    /// `friction`.
-    fn refuse_coefficients(&self, own: Each<&f64>, friction: Option<f64>) -> Result<(), String> {
-        for (of, own) in Coefficient::ALL.into_iter().zip(own) {
+    /// Rejects own coefficients out of range. That of static friction is at least that of friction.
+    fn refuse_coefficients(&self, all: Each<&f64>) -> Result<(), String> {
+        let friction = all[Coefficient::Friction as usize];
+        let friction = friction.copied().unwrap_or(self.document.friction_of_ground());
+        for (of, own) in Coefficient::ALL.into_iter().zip(all) {
             let Some(own) = own else { continue };
-            let friction = friction.unwrap_or(self.document.friction_of_ground());
             let (least, named) = match of {
                 Coefficient::StaticFriction => (friction, format!("the friction, {friction:?},")),
                 _ => (0.0, "0".to_owned()),
@@ -501,9 +508,8 @@ impl<'a> Builder<'a> {
     /// Adds the terrain of one `[[terrain]]` table.
     fn add_terrain(&mut self, index: usize, entry: TerrainEntry) -> Result<(), String> {
         let terrain = entry.terrain(&self.files)?;
-        refuse_friction(entry.friction)?;
         self.document.add_groups(entry.groups.as_deref())?;
-        self.refuse_coefficients(entry.coefficients(), entry.friction)?;
+        self.refuse_coefficients(entry.coefficients())?;
         let name = entry.name.clone().unwrap_or_else(|| format!("terrain-{index}"));
         let given = entry.name.clone();
         self.document.terrain.push(entry.exact(name, terrain));
@@ -680,16 +686,3 @@ const NO_PIECES: &str = "decompose: it has no meaning with pieces or points; lea
 
 const ONE_SHAPE_OF_A_BODY: &str = "one shape is needed: box, sphere, capsule, cylinder, cone, ellipsoid, hull, mesh, pieces, \
      points or point_mass = true";
-
-/// Error of the core with the field that causes it.
-pub fn with_field(error: &Error) -> String {
-    format!("{}: {error}", field_of(error).unwrap_or("shape"))
-}
-
-/// Rejects a coefficient of friction out of range.
-fn refuse_friction(friction: Option<f64>) -> Result<(), String> {
-    match friction.filter(|friction| !(0.0..=10.0).contains(friction)) {
-        Some(invalid) => Err(format!("friction is {invalid:?}; allowed: 0 to 10")),
-        None => Ok(()),
-    }
-}

@@ -4,6 +4,7 @@ use super::Builder;
 use crate::bodies::entries::PairEntry;
 use crate::bodies::exact::{Collider, Owner};
 use crate::robots::Assembled;
+use tumble_core::world::Coefficient;
 use tumble_model::fields::Exactly;
 use tumble_model::nearest;
 use tumble_model::shown::checked_name;
@@ -73,14 +74,13 @@ impl Builder<'_> {
         }
     }
 
-    /// Pairs of the entries of a `table` with their coefficients, which are at most `largest`.
-    pub(super) fn pairs_of(
+    /// Pairs of the entries with a coefficient.
+    pub(super) fn pairs_with(
         &self,
-        table: &str,
+        of: Coefficient,
         entries: &[PairEntry],
-        largest: f64,
     ) -> Result<Vec<PairEntry>, String> {
-        let mut all = Vec::new();
+        let (table, largest, mut all) = (of.name(), of.largest(), Vec::new());
         for (index, PairEntry { between, coefficient }) in entries.iter().enumerate() {
             let (at, coefficient) = (format!("{table}[{index}]"), *coefficient);
             if !(0.0..=largest).contains(&coefficient) {
