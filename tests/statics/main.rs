@@ -60,7 +60,7 @@ impl Scene {
             friction: self.friction,
             ..Parameters::new(self.bodies.clone())
         });
-        let fixed = self.fixed.iter().map(|piece| piece.clone());
+        let fixed = self.fixed.iter().cloned();
         world.unwrap().with_fixed(fixed.collect())
     }
 

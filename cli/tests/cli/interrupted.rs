@@ -211,7 +211,7 @@ fn interrupted_run_continues_to_the_same_tables() {
         let out = run.path("");
         let end = support::run(&[&["--continue", out.to_str().unwrap()], &asked[..]].concat());
         assert_eq!(end.code, Some(0), "{end:?}");
-        let whole = simulate(&[&args[..], &asked].concat());
+        let whole = simulate(&[args, &asked].concat());
         for name in everything_in(&out) {
             let [one, other] = [&run, &whole].map(|run| fs::read(run.path(name.to_str().unwrap())));
             if name.extension().is_some_and(|extension| extension == "csv") {

@@ -380,7 +380,8 @@ impl EnergyCheck {
             let mut drives = work.drives;
             if joint.moves() {
                 // (J6b)
-                let (state, next) = (&claim.states[body], &claim.next[body]);
+                let state = &claim.states[body];
+                let next = &claim.next[body];
                 let change = State {
                     velocity: next.velocity - state.velocity,
                     spin: next.spin - state.spin,
@@ -549,7 +550,9 @@ fn work_of_bounce(
 /// mean motion (J).
 fn load_excess(world: &World, claim: &Claim<'_>, index: usize) -> f64 {
     let body = &world.bodies()[index];
-    let (state, next, wrench) = (&claim.states[index], &claim.next[index], &claim.wrenches[index]);
+    let state = &claim.states[index];
+    let next = &claim.next[index];
+    let wrench = &claim.wrenches[index];
     let force = wrench.force + world.gravity() * body.mass();
     let torque = wrench.torque - state.spin.cross(&(body.inertia() * state.spin));
     let faster = force.dot(&(next.velocity - state.velocity));

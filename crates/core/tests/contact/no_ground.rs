@@ -77,8 +77,7 @@ fn a_bowl_with_nothing_under_it_holds_a_ball_and_lets_another_fall() {
         // Inclined by 0.5 rad. The upper face contains the origin.
         let inclined = Matrix3::new(c, 0.0, -s, 0.0, 1.0, 0.0, s, 0.0, c);
         let centre = inclined * Vector3::new(0.5, 0.0, -0.05);
-        let piece = slab.moved_by(&(about * inclined), &(about * centre)).unwrap();
-        piece
+        slab.moved_by(&(about * inclined), &(about * centre)).unwrap()
     });
     let world = groundless(parameters(vec![ball.clone(), ball], GRAVITY, 0.0));
     let world = world.with_fixed(fixed.collect());

@@ -20,7 +20,6 @@ fn world(bodies: Vec<RigidBody>, fixed: Vec<Piece>, friction: f64, time_step: f6
     let gravity = Vector3::new(0.0, 0.0, -G);
     let rotation = Rotation::Momentum;
     let parameters = Parameters { bodies, ground: None, gravity, friction, time_step, rotation };
-    let fixed = fixed.into_iter().map(|piece| piece).collect();
     euler(parameters).with_fixed(fixed)
 }
 

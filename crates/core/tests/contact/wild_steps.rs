@@ -230,8 +230,7 @@ fn a_start_that_is_too_deep_is_lifted_out_and_marked() {
         let (s, c) = turn.sin_cos();
         let turn = Matrix3::new(c, 0.0, s, 0.0, 1.0, 0.0, -s, 0.0, c);
         let piece = Piece::cuboid(Vector3::new(1.0, 1.0, 0.1)).unwrap();
-        let piece = piece.moved_by(&turn, &(turn * Vector3::new(0.0, 0.0, -0.1))).unwrap();
-        piece
+        piece.moved_by(&turn, &(turn * Vector3::new(0.0, 0.0, -0.1))).unwrap()
     };
     let quarter = std::f64::consts::FRAC_PI_4;
     let cube = RigidBody::solid_box(1.0, Vector3::repeat(0.1)).unwrap();

@@ -14,7 +14,6 @@ pub fn body(pieces: Vec<Piece>) -> RigidBody {
 }
 
 pub fn world(bodies: Vec<RigidBody>, ground: Option<Plane>, fixed: Vec<Piece>) -> World {
-    let fixed = fixed.into_iter().map(|piece| piece).collect();
     World::new(Parameters { ground, gravity: v(0.0, 0.0, -9.81), ..Parameters::new(bodies) })
         .unwrap()
         .with_fixed(fixed)

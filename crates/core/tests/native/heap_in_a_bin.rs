@@ -28,8 +28,7 @@ fn bin(seed: u32, count: usize) -> (World, Vec<State>) {
         let thick = side.abs() * 0.1 + (Vector3::repeat(1.0) - side.abs()) * (HALF_WIDTH + 0.2);
         let piece = Piece::cuboid(Vector3::new(thick.x, thick.y, 2.0)).unwrap();
         let middle = side * (HALF_WIDTH + 0.1) + Vector3::z() * 2.0;
-        let piece = piece.moved_by(&Matrix3::identity(), &middle).unwrap();
-        piece
+        piece.moved_by(&Matrix3::identity(), &middle).unwrap()
     });
     let world = World::new(Parameters::new(bodies));
     (world.unwrap().with_integrator(Integrator::Euler).with_fixed(walls.to_vec()), starts)

@@ -97,8 +97,7 @@ fn ball_in_a_groove_of_two_boxes_is_held_by_both() {
         let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), angle);
         let piece = Piece::cuboid(Vector3::new(1.0, 0.5, 0.1)).unwrap();
         let shift = turn * Vector3::new(0.0, 0.4 * angle.signum(), -0.1);
-        let piece = piece.moved_by(turn.to_rotation_matrix().matrix(), &shift).unwrap();
-        piece
+        piece.moved_by(turn.to_rotation_matrix().matrix(), &shift).unwrap()
     };
     let fixed = vec![wall(FRAC_PI_4), wall(-FRAC_PI_4)];
     let world = world(&body, false, 0.0).with_fixed(fixed);
@@ -167,8 +166,7 @@ fn edge_across_an_edge_and_vertex_on_an_edge_carry_the_weight() {
         let turn = along * UnitQuaternion::from_axis_angle(&Vector3::x_axis(), FRAC_PI_4);
         let piece = Piece::cuboid(Vector3::new(1.0, 0.1, 0.1)).unwrap();
         let down = Vector3::new(0.0, 0.0, -0.1 * 2.0_f64.sqrt());
-        let piece = piece.moved_by(turn.to_rotation_matrix().matrix(), &down).unwrap();
-        piece
+        piece.moved_by(turn.to_rotation_matrix().matrix(), &down).unwrap()
     };
     let cube = cube(0.2);
     let edge_down = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), FRAC_PI_4);

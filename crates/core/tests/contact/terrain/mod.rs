@@ -37,8 +37,7 @@ fn on_boxes(world: &World, boxes: &[(V, f64, V)]) -> World {
     let fixed = boxes.iter().map(|(half, angle, at)| {
         let (s, c) = angle.sin_cos();
         let turn = Matrix3::new(c, 0.0, s, 0.0, 1.0, 0.0, -s, 0.0, c);
-        let piece = Piece::cuboid(*half).unwrap().moved_by(&turn, at).unwrap();
-        piece
+        Piece::cuboid(*half).unwrap().moved_by(&turn, at).unwrap()
     });
     world.clone().with_fixed(fixed.collect())
 }

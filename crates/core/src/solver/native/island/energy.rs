@@ -75,7 +75,8 @@ impl Island {
                 }
                 Source::Course => {
                     // (J6b), and the part of the body once.
-                    let (member, new) = (&self.members[link.a], &velocity[link.a]);
+                    let member = &self.members[link.a];
+                    let new = &velocity[link.a];
                     let work = self.rate(link, index, new).dot(impulse);
                     let whole = if link.pushes() { 1.0 / member.share } else { 0.0 };
                     let [before, after] =
