@@ -223,6 +223,7 @@ impl Certifier {
     }
 
     /// Adds the load of a contact, and the parts of its law: (18b) to (18e), with moments (45).
+    #[inline(always)]
     fn add_contact(
         &mut self,
         world: &World,
@@ -258,6 +259,7 @@ impl Certifier {
     }
 
     /// Adds the loads and the parts of joints (J7) and gears (J15).
+    #[inline(always)]
     fn add_joints(&mut self, world: &World, claim: &Claim<'_>, certificate: &mut Certificate) {
         let map = world.step_map();
         self.joint_motions.clear();

@@ -116,6 +116,11 @@ impl World {
     /// Coefficient of a pair; 0 if there is none.
     #[inline]
     fn coefficient_between(&self, law: Coefficient, body: usize, partner: Partner) -> f64 {
+        let Coefficients { of_world, of_owners, of_pairs } = self.coefficients(law);
+        if of_owners.is_empty() && of_pairs.is_empty() {
+            let number = of_world.unwrap_or(0.0);
+            return law.combined(number, number);
+        }
         let number = |number: Option<Indexed>| number.map_or(0.0, |(_, value)| value);
         let [a, b] = self.numbers_between(law, body, partner).map(number);
         law.combined(a, b)
