@@ -20,6 +20,9 @@ const GROUND_REACH = 3.2;
 // Anchors of the joints of a body, in its frame. They may be far from its shape, as the pivot of a pendulum.
 const anchorsOf = (run, body) => run.data.joints.filter((joint) => joint.body === body).map(({ anchor }) => anchor);
 
+// Distances of these anchors from the centre of mass.
+const armsOf = (run, body) => anchorsOf(run, body).map(length);
+
 // Positions of the bodies and joints in sampled frames, and fixed objects.
 function visited(run) {
   const spans = run.bodies.map((body, b) => body.span.concat(anchorsOf(run, b)));
@@ -65,7 +68,7 @@ const moving = runs.flatMap(movingPlaces);
 // Centre of all bodies of a run in a frame, and radius of the group about it.
 function cluster(run, frame) {
   const centres = run.bodies
-    .map((_, body) => ({ at: run.position(frame, body), reach: run.reaches[body] }))
+    .map((_, body) => ({ at: run.position(frame, body), reach: largest([run.reaches[body], ...armsOf(run, body)]) }))
     .filter(({ at }) => isFinitePoint(at));
   if (centres.length === 0) return null;
   const middle = times(centres.map(({ at }) => at).reduce(add), 1 / centres.length);
