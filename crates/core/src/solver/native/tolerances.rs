@@ -3,8 +3,9 @@
 //! Residuals are speeds, with each contact in its own scale (eq. 18). The numbers apply to the
 //! tutorial's cube. In other worlds they are multiplied by the [speed
 //! scale](crate::world::World::speed_scale). A smaller copy of a scene is thus solved as the larger
-//! one. No tolerance is below the rounding of the step's own speeds, and none of a solution below that of its gaps
-//! over h (22), which is large in short intervals.
+//! one. No tolerance is below the rounding of the step's own speeds. In short intervals, the rounding
+//! of gaps over h (22) is large. A solution is not asked for more than that, but Newton's iterations go
+//! on as far as they come: an impulse of an impact is then known to more digits than its gap.
 
 use super::settings::PROXIMAL_ACCURACY;
 use crate::world::World;
@@ -64,18 +65,18 @@ pub(super) struct Tolerances {
 impl Tolerances {
     /// Tolerances of a step of `world` whose bodies move at `speed` (m/s), up to `length` (m) from the origin.
     pub(super) fn new(world: &World, speed: f64, length: f64) -> Self {
-        let of_gaps = ROUNDING / SOLVED * length / world.time_step();
-        let scale = world.speed_scale().max(ROUNDING / EXACT * speed).max(of_gaps);
+        let scale = world.speed_scale().max(ROUNDING / EXACT * speed);
+        let gaps = scale.max(ROUNDING / SOLVED * length / world.time_step());
         let (rounding, exact) = (1e-14 * scale, EXACT * scale);
         Self {
             rounding,
             exact,
             newton: 1e-11 * scale,
-            solved: SOLVED * scale,
+            solved: SOLVED * gaps,
             preliminary: PRELIMINARY * scale,
             whole_steps: 1e-5 * scale,
             near: 1e-4 * scale,
-            missed: 1e-10 * scale,
+            missed: 1e-10 * gaps,
             missed_by_preliminary: MISSED_BY_PRELIMINARY * scale,
             repeated: exact,
             still: rounding,
@@ -101,11 +102,19 @@ impl Tolerances {
         repeats_exactly: bool,
     ) -> Self {
         let of_one = Self::new(world, speed, length);
-        let scale = of_one.exact / EXACT;
-        let (solved, exact) = (3e-10 * scale, of_one.exact);
+        let (scale, gaps) = (of_one.exact / EXACT, of_one.solved / SOLVED);
+        let rest = 3e-10 * scale;
         let (repeated, still) =
-            if repeats_exactly { (exact, of_one.rounding) } else { (solved, exact) };
-        Self { solved, level: 5e-10 * scale, rest: 3e-10 * scale, repeated, still, ..of_one }
+            if repeats_exactly { (of_one.exact, of_one.rounding) } else { (rest, of_one.exact) };
+        Self {
+            solved: 3e-10 * gaps,
+            exact: EXACT * gaps,
+            level: 5e-10 * gaps,
+            rest,
+            repeated,
+            still,
+            ..of_one
+        }
     }
 
     /// Tolerances of a contact problem without a world, solved to `residual`. Its velocities and
