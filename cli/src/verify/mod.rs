@@ -261,7 +261,7 @@ fn report(
     reporter.end(
         if differing > 0 || end_differs || !differences.is_empty() || !changed.is_empty() {
             Outcome::Mismatch
-        } else if findings.failed + findings.inexact + between > 0 {
+        } else if findings.failed + findings.wild + findings.inexact + between > 0 {
             Outcome::Unconverged
         } else {
             Outcome::Done

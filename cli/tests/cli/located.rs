@@ -94,9 +94,10 @@ fn scene(seed: u32, impacts: &str) -> String {
     text
 }
 
-/// Runs `scene`. Returns the largest rise of the energy from row to row in steps that are not marked, and
+/// Runs `scene`. Returns the largest rise of the energy above both rows before in steps that are not marked, and
 /// what `verify` says if it refuses the run. Rises count above 1e-5 J, relative to the energy that the run
-/// loses.
+/// loses. A row after an abrupt change lacks half of what gravity changes in an interval (37a), and the next row has it
+/// again.
 fn judge(scene: &str) -> (f64, Option<String>) {
     let (end, directory) = run_scenario(scene, &[]);
     assert!(matches!(end.code, Some(0 | 3)), "{end:?}\n{scene}");
@@ -106,21 +107,21 @@ fn judge(scene: &str) -> (f64, Option<String>) {
     let statuses = steps.texts("status");
     let least = energies.iter().copied().fold(f64::INFINITY, f64::min);
     let scale = energies[0] - least;
-    let rises = energies.windows(2).zip(statuses);
+    let rises = energies.windows(3).zip(&statuses[1..]);
     let rises = rises.filter(|(_, status)| !["wild", "failed"].contains(status));
-    let rise = rises.map(|(pair, _)| pair[1] - pair[0]).fold(0.0, f64::max);
+    let rise = rises.map(|(rows, _)| rows[2] - rows[0].max(rows[1])).fold(0.0, f64::max);
     let verified = run(&["verify", out.join("states.csv").to_str().unwrap()]);
     let refused = (verified.code == Some(1)).then_some(verified.stdout);
-    ((rise - 1e-5).max(0.0) / scale, refused)
+    let rise = if rise > 1e-5 { (rise - 1e-5) / scale } else { 0.0 };
+    (rise, refused)
 }
 
 /// Errors of the velocities of the instant are below 1 % at these time steps.
 fn assert_sound(seeds: impl Iterator<Item = u32>, impacts: &str) {
-    for seed in seeds {
-        let (rise, refused) = judge(&scene(seed, impacts));
-        assert!(rise <= 0.01, "seed {seed} gains {rise}");
-        assert!(refused.is_none(), "seed {seed}: {refused:?}");
-    }
+    let judged = seeds.map(|seed| (seed, judge(&scene(seed, impacts))));
+    let unsound: Vec<_> =
+        judged.filter(|(_, (rise, refused))| *rise > 0.01 || refused.is_some()).collect();
+    assert!(unsound.is_empty(), "{unsound:?}");
 }
 
 #[test]

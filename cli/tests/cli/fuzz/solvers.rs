@@ -79,9 +79,10 @@ fn the_native_solver_takes_any_valid_state() {
     each(300, (any_world(), start()), |(world, start)| {
         check_run(&world, start, native(&world), STEPS, &seen)
     });
-    // The first is 3 % below the deterministic count, because exp and ln round differently between
-    // platforms.
-    seen.assert_counts(914, 350, 0);
+    // The steps of a start are excused together, so their count scatters: the seeds 71 to 76 have 365, 358, 291, 306,
+    // 309 and 316 of 1250. The bound is their mean and three deviations. 930 to 954 steps are solved; exp and ln round
+    // differently between platforms.
+    seen.assert_counts(914, 414, 0);
 }
 
 #[test]

@@ -449,11 +449,19 @@ impl TakenStep<'_> {
         let h = world.time_step();
         let bodies = || [Some(joint.body()), joint.other()].into_iter().flatten();
         let next = &self.solution.states;
-        let at = [self.earlier, self.states, next].map(|states| joint.coordinates(states));
-        let [Some(earlier), Some(now), Some(end)] = at else { return found };
+        // The velocities of the bodies move them back to where the interval before began. With another length, an
+        // axis at rest in its limit would seem to have moved there.
+        let lengths = bodies().filter_map(|body| world.before().get(body)).copied();
+        let length = lengths.filter(|length| *length > 0.0).reduce(f64::min);
+        let earlier = match length {
+            Some(length) => joint.coasted(self.states, &world.step_map().over(-length)),
+            None => joint.coordinates(self.earlier),
+        };
+        let at = [self.states, next].map(|states| joint.coordinates(states));
+        let (Some(earlier), [Some(now), Some(end)]) = (earlier, at) else { return found };
         let turns = joint.turns(&end, &force.angles);
-        let (before, after) =
-            (joint.rates(&earlier, &now, &turns, h), joint.rates(&now, &end, &turns, h));
+        let before = joint.rates(&earlier, &now, &turns, length.unwrap_or(h));
+        let after = joint.rates(&now, &end, &turns, h);
         let before = numbers(&before);
         let after = numbers(&after);
         let place = numbers(&(end.place, turns));

@@ -32,6 +32,7 @@ use super::retry;
 use super::workspace::Workspace;
 use super::{EnergyBalance, EnergyGain};
 use crate::error::Error;
+use crate::mechanics::State;
 use crate::world::{Impacts, Span, WINDOW, World};
 
 /// Shortest interval (s). Gaps are known to about 1e-16 m, and 1e-16 m are 1e-7 m/s in 1e-9 s.
@@ -343,12 +344,27 @@ struct InstantRise {
 }
 
 impl InstantRise {
-    fn new(world: &World, taken: &Interval, balance: &EnergyBalance) -> Self {
+    /// Rise in the interval `taken`, with the states `free` of free flight at its end.
+    ///
+    /// After an abrupt change V is the velocity w of the middle (37a), without the second half of the change that
+    /// external forces make. This half is missing at the start and no gain at the end.
+    fn new(world: &World, free: &[State], taken: &Interval, balance: &EnergyBalance) -> Self {
         let (mut sum, mut size, mut kinetic) = (0.0, 0.0, 0.0);
         let mut largest = (0, f64::NEG_INFINITY);
         let pairs = taken.instant_states().iter().zip(taken.end_states());
         for (index, (body, (start, end))) in world.bodies().iter().zip(pairs).enumerate() {
-            let energies = [start, end].map(|state| energy::body_at_instant(world, body, state));
+            let mut energies =
+                [start, end].map(|state| energy::body_at_instant(world, body, state));
+            let middle = &taken.states[index];
+            if start.velocity == middle.velocity && start.spin == middle.spin {
+                let share = 1.0 - 0.5 / world.kick(index);
+                let whole = State {
+                    velocity: start.velocity + share * (free[index].velocity - middle.velocity),
+                    spin: start.spin + share * (free[index].spin - middle.spin),
+                    ..*start
+                };
+                energies[0] = energies[0].max(energy::body_at_instant(world, body, &whole));
+            }
             let rise = energies[1] - energies[0];
             sum += rise;
             size += energies[0].abs().max(energies[1].abs());
@@ -381,8 +397,10 @@ fn settle_instants(
     workspace: &Workspace<'_>,
     taken: &mut Interval,
 ) {
-    let balance = EnergyBalance::between_instants(world, &taken.claim(), taken.solution.loads());
-    let mut rise = InstantRise::new(world, taken, &balance);
+    let loads = taken.solution.loads();
+    let balance =
+        EnergyBalance::between_instants(world, &taken.claim(), loads, &taken.extrapolated);
+    let mut rise = InstantRise::new(world, &workspace.free, taken, &balance);
     let held = taken.held_bodies(world);
     for has_kick in [true, false] {
         if rise.is_small() {
@@ -398,7 +416,7 @@ fn settle_instants(
             taken.ends[body].velocity = end.velocity + share * (free.velocity - start.velocity);
             taken.ends[body].spin = end.spin + share * (free.spin - start.spin);
         }
-        let other = InstantRise::new(world, taken, &balance);
+        let other = InstantRise::new(world, &workspace.free, taken, &balance);
         if other.energy < rise.energy {
             rise = other;
         } else {

@@ -75,12 +75,15 @@ impl EnergyBalance {
     /// ```text
     /// E(V⁺) − E(V) = Σ h/κ (f·v⁺ + τ·ω⁺) + O(h³)                                               (eq. 36a)
     /// ```
+    ///
+    /// A body whose velocity is not `extrapolated` starts with V and ends with w⁺. Its works are those of (36).
     pub(super) fn between_instants(
         world: &World,
         claim: &Claim<'_>,
         loads: impl IntoIterator<Item: Into<ContactLoad>>,
+        extrapolated: &[bool],
     ) -> Self {
-        Self::with(world, claim, loads, &Means::between_instants(world, claim))
+        Self::with(world, claim, loads, &Means::between_instants(world, claim, extrapolated))
     }
 
     fn with(
@@ -183,14 +186,17 @@ impl<'a> Means<'a> {
         Self { claim, map, velocities: world.bodies().iter().enumerate().map(mean).collect() }
     }
 
-    /// w⁺ and ω⁺ over κ.
-    fn between_instants(world: &World, claim: &'a Claim<'a>) -> Self {
-        let velocity = |(index, next): (usize, &State)| {
+    /// w⁺ and ω⁺ over κ for `extrapolated` bodies, and means for the others.
+    fn between_instants(world: &World, claim: &'a Claim<'a>, extrapolated: &[bool]) -> Self {
+        let mut means = Self::new(world, claim);
+        let bodies = claim.next.iter().zip(extrapolated).zip(&mut means.velocities).enumerate();
+        for (index, ((next, _), mean)) in
+            bodies.filter(|(_, ((_, is_extrapolated), _))| **is_extrapolated)
+        {
             let share = if world.is_held(index) { 0.0 } else { 1.0 / world.kick(index) };
-            (share * next.velocity, share * next.spin)
-        };
-        let velocities = claim.next.iter().enumerate().map(velocity).collect();
-        Self { claim, map: world.step_map(), velocities }
+            *mean = (share * next.velocity, share * next.spin);
+        }
+        means
     }
 
     fn work(&self, body: usize, wrench: &Wrench) -> f64 {

@@ -310,8 +310,10 @@ impl<'a> Builder<'a> {
             let place = drawn.place(&mut self.draws);
             let drawn = given.drawn.clone().or(drawn.draws().then_some(drawn));
             self.drawn |= drawn.is_some();
+            // The sum takes the sign from a rotated zero, which run.json would keep.
             let velocity = turned.rotation()
-                * given.velocity.map_or(Vector3::zeros(), |velocity| velocity.0.into());
+                * given.velocity.map_or(Vector3::zeros(), |velocity| velocity.0.into())
+                + Vector3::zeros();
             let spin = given.spin.map_or(Vector3::zeros(), |spin| spin.0.into());
             let start = self.start(given.frame, &place, velocity, spin, &centre).map_err(named)?;
             start.checked().map_err(|error| named(with_field(&error)))?;
