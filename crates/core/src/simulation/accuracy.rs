@@ -356,11 +356,12 @@ impl InstantRise {
             let mut energies =
                 [start, end].map(|state| energy::body_at_instant(world, body, state));
             let middle = &taken.states[index];
-            if start.velocity == middle.velocity && start.spin == middle.spin {
+            let starts = world.before().get(index) == Some(&0.0);
+            if starts || start.velocity == middle.velocity && start.spin == middle.spin {
                 let share = 1.0 - 0.5 / world.kick(index);
                 let whole = State {
-                    velocity: start.velocity + share * (free[index].velocity - middle.velocity),
-                    spin: start.spin + share * (free[index].spin - middle.spin),
+                    velocity: middle.velocity + share * (free[index].velocity - middle.velocity),
+                    spin: middle.spin + share * (free[index].spin - middle.spin),
                     ..*start
                 };
                 energies[0] = energies[0].max(energy::body_at_instant(world, body, &whole));

@@ -63,6 +63,9 @@ struct Motion {
     acceleration: Option<[Vector3<f64>; 2]>,
     /// Second derivatives of velocity (m/s³) and spin (rad/s³), from two accelerations.
     jerk: Option<[Vector3<f64>; 2]>,
+    /// Second half of the change of velocity (m/s) and spin (rad/s) by external forces in the last interval, if V is w⁺
+    /// and lacks it.
+    missing: [Vector3<f64>; 2],
 }
 
 /// Times since the change of velocity in an interval.
@@ -122,6 +125,16 @@ impl Instants {
     fn remember(&mut self) {
         self.past.0.clone_from(&self.errors);
         self.past.1.clone_from(&self.motions);
+    }
+
+    /// State from which `body` starts anew: V with the change by external forces that it lacks. Without it, each start
+    /// after an abrupt change would lose half of an interval of gravity.
+    pub(super) fn restart(&self, body: usize) -> State {
+        let mut state = self.states[body];
+        let [velocity, spin] = self.motions[body].missing;
+        state.velocity += velocity;
+        state.spin += spin;
+        state
     }
 
     /// Sets the state of `body` as a start.
@@ -348,7 +361,9 @@ pub(super) fn end(
             let moved = (motion.since + h) * size(&changed);
             added_error.is_ambiguous |= divides && is_struck && moved < instants.errors[body];
             let since = if is_struck { 0.0 } else { motion.since + h };
-            *motion = Motion { since, ..Motion::default() };
+            let missing = [free[body].velocity - state.velocity, free[body].spin - state.spin];
+            let missing = missing.map(|change| change * (0.5 / kick));
+            *motion = Motion { since, missing, ..Motion::default() };
             let error = 0.5 * h * size(&changed);
             instants.errors[body] += error;
             added_error.abrupt = added_error.abrupt.max(error);
@@ -368,7 +383,8 @@ pub(super) fn end(
             *motion = Motion { since, last, ..Motion::default() };
             continue;
         }
-        let goes_on = Motion { since, last, acceleration: Some(acceleration), jerk };
+        let acceleration = Some(acceleration);
+        let goes_on = Motion { since, last, acceleration, jerk, ..Motion::default() };
         let earlier = std::mem::replace(motion, goes_on);
         let mut loaded = solution.contacts.iter().filter(|force| force.carries_force());
         if is_driven && !loaded.any(|force| force.key.bodies().any(|touching| touching == body)) {

@@ -144,7 +144,7 @@ impl Moment {
             instants.start(*body, *state);
         }
         for body in (0..bodies).filter(|body| starts[islands.label(*body)]) {
-            let state = instants.states[body];
+            let state = instants.restart(body);
             instants.start(body, state);
             now.states[body] = state;
             arrivals[body].length = 0.0;
@@ -155,7 +155,7 @@ impl Moment {
     pub fn start_where(&mut self, starts: &[bool]) {
         let Some(instants) = &self.instants else { return };
         for (body, _) in starts.iter().enumerate().filter(|(_, starts)| **starts) {
-            self.now.states[body] = instants.states[body];
+            self.now.states[body] = instants.restart(body);
             self.arrivals[body].length = 0.0;
         }
     }

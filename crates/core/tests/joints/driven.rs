@@ -75,6 +75,38 @@ fn a_joint_rests_until_its_static_friction() {
     }
 }
 
+/// Checks two falling bodies after their sliding joint has come to its stop. Their centre of mass has the velocity
+/// −g t of the instant in every row but the two of the stop.
+#[test]
+fn bodies_fall_with_the_velocity_of_the_instant_after_a_stop() {
+    let axis = |z: f64| JointFrame::along(Vector3::new(0.0, 0.0, z), Vector3::z()).unwrap();
+    let drive = Drive { limits: Some([-0.01, 0.01]), ..Drive::NONE };
+    let bodies = [1.0, 2.0].map(|mass| solid(mass, Vector3::repeat(0.1)));
+    let joint = Joint::prismatic(0, Some(1), [axis(0.0), axis(0.5)], drive);
+    let world = euler(parameters(bodies.to_vec(), G)).with_joints(vec![joint]).unwrap();
+    let world = world.with_integrator(Integrator::Leapfrog);
+    let mut states = [State::at_rest(Vector3::z() * 0.5), State::at_rest(Vector3::zeros())];
+    // The stop is at 20 ms.
+    states[0].velocity[2] = 0.5;
+    let located = world.clone().with_impacts(tumble_core::world::Impacts::Located);
+    let accurate = world.with_accuracy(Some(1e-3)).unwrap();
+    for world in [located, accurate] {
+        let mut simulation =
+            Simulation::new(world.clone(), states, Motion::native(&world)).unwrap();
+        let mut record = StepRecord::new();
+        for k in 1..=100 {
+            step(&mut simulation, &mut record);
+            let [one, other] = [0, 1].map(|body| simulation.states()[body].velocity[2]);
+            let (mean, fallen) = ((one + 2.0 * other) / 3.0, 0.5 / 3.0 - G * H * f64::from(k));
+            let is_exact = (mean - fallen).abs() < 1e-9;
+            assert!((20..=21).contains(&k) || is_exact, "{k}: {mean} {fallen}");
+        }
+        assert!(
+            (simulation.states()[0].velocity[2] - simulation.states()[1].velocity[2]).abs() < 1e-9
+        );
+    }
+}
+
 /// A slide of 1 kg with 1 N of dry friction and 5 N at rest moves against a force of 3.5 N. It stops and stays,
 /// at whichever part of a step.
 #[test]
