@@ -14,6 +14,7 @@ use std::fmt::Write as _;
 use std::panic::resume_unwind;
 use std::sync::mpsc::sync_channel;
 use std::thread;
+use tumble_core::mechanics::State;
 use tumble_core::step::StepStatus;
 use tumble_core::world::Impacts;
 use tumble_scene::output::tables::{IntervalRows, Table};
@@ -89,7 +90,7 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
             }
             let is_located = world.impacts() == Impacts::Located;
             follows = !is_next || is_located || instants_follow(previous, &rows);
-            if verified.differs.is_none() && is_next && !starts_at_end(previous, &rows) {
+            if verified.differs.is_none() && is_next && !starts_at_end(&judge, previous, &rows) {
                 let what = "the states after it differ from the next row";
                 verified.differs = Some(what.to_owned());
             }
@@ -119,15 +120,22 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
 }
 
 /// True if the bodies in the `next` row start at the end of the interval `previous`, or at the velocities of
-/// the instant there. Without half kicks, velocities are converted before and after the shorter intervals of
-/// a step.
-fn starts_at_end(previous: &IntervalRows, next: &IntervalRows) -> bool {
+/// the instant there, to which a start may add the change by external forces that they lack. Without half kicks,
+/// velocities are converted before and after the shorter intervals of a step. The `judge` has verified `previous`.
+fn starts_at_end(judge: &StepJudge, previous: &IntervalRows, next: &IntervalRows) -> bool {
     let is_retry = previous.row.status == StepStatus::Substepped && next.row.interval == 0;
     let is_converted = is_retry || previous.row.length != next.row.length;
     let ends = if previous.ends.is_empty() { &next.states } else { &previous.ends };
+    let restarts = |body: usize, state: &State| {
+        let instant = &next.instants[body];
+        let [velocity, spin] = judge.late_halves(previous)[body];
+        let off = [state.velocity - instant.velocity - velocity, state.spin - instant.spin - spin];
+        let rounding = 8.0 * f64::EPSILON * state.velocity.amax().max(state.spin.amax());
+        state == instant || off.iter().all(|off| off.amax() <= rounding)
+    };
     let mut bodies = ends.iter().zip(&next.states).enumerate();
     bodies.all(|(body, (end, state))| match next.before.get(body) {
-        Some(0.0) => *state == next.instants[body] && end.pose() == state.pose(),
+        Some(0.0) => restarts(body, state) && end.pose() == state.pose(),
         Some(before) => *before == previous.row.length && end == state,
         None => end == state || is_converted && end.pose() == state.pose(),
     })

@@ -465,6 +465,18 @@ impl StepJudge {
         pairs.map(wrench).collect()
     }
 
+    /// Second halves of the changes of velocity (m/s) and spin (rad/s) by external forces in the interval `step`, which
+    /// was verified last.
+    pub fn late_halves(&self, step: &IntervalRows) -> Vec<[Vector3<f64>; 2]> {
+        let free = self.free_flight(&step.states, &self.wrenches(step.row.index, &step.states));
+        let pairs = free.iter().zip(&step.states).enumerate();
+        let half = |(body, (free, state)): (usize, (&State, &State))| {
+            let share = 0.5 / self.world.kick(body);
+            [free.velocity - state.velocity, free.spin - state.spin].map(|change| change * share)
+        };
+        pairs.map(half).collect()
+    }
+
     /// End states of the bodies without contact.
     fn free_flight(&self, states: &[State], wrenches: &[Wrench]) -> Vec<State> {
         let flights = states.iter().zip(wrenches).enumerate();

@@ -400,7 +400,7 @@ fn settle_instants(
 ) {
     let loads = taken.solution.loads();
     let balance =
-        EnergyBalance::between_instants(world, &taken.claim(), loads, &taken.extrapolated);
+        EnergyBalance::between_instants(world, &taken.claim(), loads, &workspace.abrupt.bodies);
     let mut rise = InstantRise::new(world, &workspace.free, taken, &balance);
     let held = taken.held_bodies(world);
     for has_kick in [true, false] {

@@ -76,14 +76,15 @@ impl EnergyBalance {
     /// E(V⁺) − E(V) = Σ h/κ (f·v⁺ + τ·ω⁺) + O(h³)                                               (eq. 36a)
     /// ```
     ///
-    /// A body whose velocity is not `extrapolated` starts with V and ends with w⁺. Its works are those of (36).
+    /// A body with an `abrupt` change, and each one if they are not known, starts with V and ends with w⁺. Its works are
+    /// those of (36).
     pub(super) fn between_instants(
         world: &World,
         claim: &Claim<'_>,
         loads: impl IntoIterator<Item: Into<ContactLoad>>,
-        extrapolated: &[bool],
+        abrupt: &[bool],
     ) -> Self {
-        Self::with(world, claim, loads, &Means::between_instants(world, claim, extrapolated))
+        Self::with(world, claim, loads, &Means::between_instants(world, claim, abrupt))
     }
 
     fn with(
@@ -186,13 +187,11 @@ impl<'a> Means<'a> {
         Self { claim, map, velocities: world.bodies().iter().enumerate().map(mean).collect() }
     }
 
-    /// w⁺ and ω⁺ over κ for `extrapolated` bodies, and means for the others.
-    fn between_instants(world: &World, claim: &'a Claim<'a>, extrapolated: &[bool]) -> Self {
+    /// Means for bodies with an `abrupt` change, and w⁺ and ω⁺ over κ for the others.
+    fn between_instants(world: &World, claim: &'a Claim<'a>, abrupt: &[bool]) -> Self {
         let mut means = Self::new(world, claim);
-        let bodies = claim.next.iter().zip(extrapolated).zip(&mut means.velocities).enumerate();
-        for (index, ((next, _), mean)) in
-            bodies.filter(|(_, ((_, is_extrapolated), _))| **is_extrapolated)
-        {
+        let bodies = claim.next.iter().zip(abrupt).zip(&mut means.velocities).enumerate();
+        for (index, ((next, _), mean)) in bodies.filter(|(_, ((_, is_abrupt), _))| !**is_abrupt) {
             let share = if world.is_held(index) { 0.0 } else { 1.0 / world.kick(index) };
             *mean = (share * next.velocity, share * next.spin);
         }

@@ -362,7 +362,8 @@ pub(super) fn end(
             added_error.is_ambiguous |= divides && is_struck && moved < instants.errors[body];
             let since = if is_struck { 0.0 } else { motion.since + h };
             let missing = [free[body].velocity - state.velocity, free[body].spin - state.spin];
-            let missing = missing.map(|change| change * (0.5 / kick));
+            let share = if is_smooth { 0.5 / kick } else { 0.0 };
+            let missing = missing.map(|change| share * change);
             *motion = Motion { since, missing, ..Motion::default() };
             let error = 0.5 * h * size(&changed);
             instants.errors[body] += error;
