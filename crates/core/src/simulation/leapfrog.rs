@@ -361,9 +361,11 @@ pub(super) fn end(
             let moved = (motion.since + h) * size(&changed);
             added_error.is_ambiguous |= divides && is_struck && moved < instants.errors[body];
             let since = if is_struck { 0.0 } else { motion.since + h };
-            let missing = [free[body].velocity - state.velocity, free[body].spin - state.spin];
-            let share = if is_smooth { 0.5 / kick } else { 0.0 };
-            let missing = missing.map(|change| share * change);
+            let missing = match free.get(body) {
+                Some(free) if is_smooth => [free.velocity - state.velocity, free.spin - state.spin]
+                    .map(|change| change * (0.5 / kick)),
+                _ => [Vector3::zeros(); 2],
+            };
             *motion = Motion { since, missing, ..Motion::default() };
             let error = 0.5 * h * size(&changed);
             instants.errors[body] += error;
