@@ -176,6 +176,7 @@ fn known_or_new(pairs: &[Neighbour], colliders: [usize; 2]) -> Neighbour {
             hint: Hint::default(),
             gap: f64::INFINITY,
             is_bound: true,
+            is_hidden: false,
             contacts: 0..0,
             clearance: Clearance::default(),
         },
