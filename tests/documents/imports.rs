@@ -27,17 +27,7 @@ const LAYERS: [&str; 16] = [
 /// Known circles of imports: a crate, and modules that import each other. A circle may lose modules,
 /// and none may come. A module may import the ones that contain it.
 const CIRCLES: [(&str, &[&str]); 5] = [
-    (
-        "crates/core/src",
-        &[
-            "contact::collision",
-            "contact::contact_filter",
-            "contact::exposure",
-            "contact::hidden_parts",
-            "contact::memory",
-            "contact::partners",
-        ],
-    ),
+    ("crates/core/src", &["contact::collision", "contact::contact_filter"]),
     (
         "crates/core/src",
         &[

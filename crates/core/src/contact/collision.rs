@@ -69,6 +69,15 @@ pub(super) struct PairState<'a> {
     pub is_hidden: bool,
 }
 
+impl<'a> PairState<'a> {
+    pub fn new(pair: &'a mut Neighbour, colliders: &Colliders) -> Self {
+        let numbers = pair.colliders;
+        let colliders = numbers.map(|number| colliders.at(number));
+        let Neighbour { hint, gap, is_bound, is_hidden, .. } = pair;
+        Self { colliders, numbers, hint, gap, is_bound, is_hidden: *is_hidden }
+    }
+}
+
 /// Search for collisions on the trajectories of one step.
 pub(super) struct CollisionSearch<'a> {
     pub world: &'a World,

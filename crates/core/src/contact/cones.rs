@@ -3,6 +3,9 @@
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
 
+/// Distance within which surfaces are one, as a fraction of the smaller piece. A larger step between
+/// two faces is real.
+pub(super) const FLUSH: f64 = 1e-6;
 /// Sine below which a direction is level, and of angles that are equal.
 pub(super) const LEVEL: f64 = 1e-6;
 

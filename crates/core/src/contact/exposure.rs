@@ -35,7 +35,7 @@
 //! ([`super::collision`]).
 
 use super::collider::{Collider, PieceOwner, placed, size};
-use super::cones::{LEVEL, LocalSurface, is_in_cone, is_on_its_side, leaves_free, rise};
+use super::cones::{FLUSH, LEVEL, LocalSurface, is_in_cone, is_on_its_side, leaves_free, rise};
 use super::contact_builder::{ellipsoid, part_on};
 use super::partners::Partners;
 use crate::contact::Partner;
@@ -48,10 +48,7 @@ use crate::world::World;
 use nalgebra::Vector3;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Distance within which surfaces are one, as a fraction of the smaller piece. A larger step between
-/// two faces is real.
-pub(super) const FLUSH: f64 = 1e-6;
-/// Distance of the point beside x at which a face is examined, in units of that distance.
+/// Distance of the point beside x at which a face is examined, in units of [`FLUSH`].
 const BESIDE: f64 = 3.0;
 /// Difference of two gaps below which they are equal, as a fraction of the smaller piece.
 const SAME_GAP: f64 = 1e-7;

@@ -7,8 +7,7 @@
 //! level directions of the pieces with u there leave less than half of the circle free.
 
 use super::collider::{Collider, Colliders, PieceOwner, placed, size};
-use super::cones::{LocalSurface, leaves_free};
-use super::exposure::FLUSH;
+use super::cones::{FLUSH, LocalSurface, leaves_free};
 use crate::geometry::{Aabb, CorePart, Piece};
 use crate::world::World;
 use nalgebra::Vector3;

@@ -1,7 +1,6 @@
 //! State of the contact search from step to step.
 
 use super::collider::{Colliders, PieceOwner};
-use super::collision::PairState;
 use super::{Contact, ContactKey, Partner};
 use crate::geometry::{Aabb, Hint};
 use crate::mechanics::{Pose, State};
@@ -51,13 +50,6 @@ impl PartialEq for Clearance {
 impl Neighbour {
     pub(super) fn owners(&self, colliders: &Colliders) -> [PieceOwner; 2] {
         self.colliders.map(|at| colliders.at(at).owner)
-    }
-
-    pub(super) fn looked(&mut self, colliders: &Colliders) -> PairState<'_> {
-        let numbers = self.colliders;
-        let colliders = numbers.map(|at| colliders.at(at));
-        let Self { hint, gap, is_bound, is_hidden, .. } = self;
-        PairState { colliders, numbers, hint, gap, is_bound, is_hidden: *is_hidden }
     }
 }
 

@@ -13,7 +13,7 @@ pub(super) mod replaced;
 mod sinking;
 
 use super::collider::{Colliders, PieceExtent, PieceOwner, placed, size};
-use super::collision::{BAND, Collision, CollisionSearch, Reached, Sunk};
+use super::collision::{BAND, Collision, CollisionSearch, PairState, Reached, Sunk};
 use super::contact_builder::ContactBuilder;
 use super::exposure::{ContactSearch, Exposure};
 use super::key_index::{PieceIndex, ends_of};
@@ -197,11 +197,10 @@ impl Neighbours {
             let within = TOUCH * size;
             let search = ContactSearch { reach, within, plane_of, with_hidden: false };
             let workspace = (&mut *scratch, &mut *exposure);
-            let (gap, is_hidden) =
+            (pair.gap, pair.is_hidden) =
                 exposed.contact_points(poses, &[poses], search, hint, workspace, touches);
             // A round piece rolls to other points.
-            pair.is_hidden = is_hidden && !pieces.0.0.is_curved() && !pieces.1.0.is_curved();
-            pair.gap = gap;
+            pair.is_hidden &= !pieces.0.0.is_curved() && !pieces.1.0.is_curved();
             // The gap was computed from the plane's side. Other calls may differ in the last bit.
             pair.is_bound = true;
             let between =
@@ -360,7 +359,7 @@ impl Neighbours {
             collisions.extend(look.find_collision(
                 index,
                 at,
-                &mut pair.looked(colliders),
+                &mut PairState::new(pair, colliders),
                 contacts,
             ));
             if contacts.len() > before {
@@ -374,7 +373,7 @@ impl Neighbours {
             let (before, pair) = (contacts.len(), &mut pairs[collision.pair]);
             let owners = pair.owners(colliders);
             let waits = has_met(met, owners) < collision.share - SAME_TIME;
-            look.settle(collision, &mut pair.looked(colliders), waits, contacts);
+            look.settle(collision, &mut PairState::new(pair, colliders), waits, contacts);
             if contacts.len() > before {
                 meet(met, owners, collision.share);
             }
@@ -382,7 +381,7 @@ impl Neighbours {
         // A pair that the solution leaves overlapping may have hidden points only.
         if reached == Reached::Solved && contacts.len() == known {
             for collision in collisions {
-                let mut pair = pairs[collision.pair].looked(colliders);
+                let mut pair = PairState::new(&mut pairs[collision.pair], colliders);
                 look.admit_hidden(collision, &mut pair, contacts);
             }
         }

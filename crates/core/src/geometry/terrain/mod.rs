@@ -142,11 +142,12 @@ impl Terrain {
             return Ok(Piece::from_core(facet([a, b, c])?, 0.0));
         }
         // An equilateral triangle around the terrain. Its incircle has half the radius of its corners.
-        let (u, normal) = ((b - a).normalize(), (b - a).cross(&(c - a)).normalize());
+        let normal = (b - a).cross(&(c - a)).normalize();
         let centre = 0.5 * (self.bounds.low + self.bounds.high);
         let centre = centre - normal * normal.dot(&(centre - a));
         let far = CORNER * (self.bounds.high - self.bounds.low).norm();
-        let (along, across) = (far * u, far * 0.75_f64.sqrt() * normal.cross(&u));
+        let along = far * (b - a).normalize();
+        let across = 0.75_f64.sqrt() * normal.cross(&along);
         let corners = [along, across - 0.5 * along, -across - 0.5 * along];
         Ok(Piece::from_core(facet(corners.map(|corner| centre + corner))?, 0.0))
     }
