@@ -1,9 +1,9 @@
 //! Changes of velocity in a step that do not scale with h: impacts, ends of slips, stops of joints.
 
 use super::break_away::{Friction, PairFriction};
+use super::instants::Instants;
 use super::interval::Interval;
 use super::islands::Islands;
-use super::leapfrog::Instants;
 use super::still_speeds::StillSpeeds;
 use crate::contact::{Contact, ContactKey, KeyIndex};
 use crate::joint::{Axis, Joint, JointForce};

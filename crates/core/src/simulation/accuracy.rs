@@ -23,8 +23,8 @@
 use super::abrupt::CAUGHT;
 use super::energy;
 use super::inputs::Inputs;
+use super::instants::AddedError;
 use super::interval::Interval;
-use super::leapfrog::AddedError;
 use super::moment::{Moment, Pace};
 use super::one_interval;
 use super::record::StepRecord;

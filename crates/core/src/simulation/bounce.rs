@@ -22,7 +22,6 @@
 //! ([`wild`](super::unphysical)).
 
 use super::islands::Islands;
-use super::one_interval::check_sizes;
 use crate::contact::{Candidates, Contact, rounding};
 use crate::error::Error;
 use crate::step::{Step, StepReport, StepSolution, StepSolver, StepStatus};
@@ -314,4 +313,26 @@ impl Bounce {
 /// True if any contact bounces.
 fn bounces(contacts: &[Contact]) -> bool {
     contacts.iter().any(|contact| contact.bounces())
+}
+
+/// Checks the sizes of a solution before it is indexed.
+#[inline]
+fn check_sizes(solution: &StepSolution, step: &Step<'_>, contacts: usize) -> Result<(), Error> {
+    let StepSolution { states, contacts: forces, joints, gears, .. } = solution;
+    let found = [states.len(), forces.len(), joints.len(), gears.len()];
+    let (world, bodies) = (step.world, step.states.len());
+    let wanted = [bodies, contacts, world.joints().len(), world.gears().len()];
+    if found == wanted { Ok(()) } else { Err(size_error(found, wanted)) }
+}
+
+#[cold]
+#[inline(never)]
+fn size_error(found: [usize; 4], wanted: [usize; 4]) -> Error {
+    let [states, contacts, joints, gears] = found;
+    let [bodies, candidates, tied, geared] = wanted;
+    let why = format!(
+        "its solution has {states} states, {contacts} contact forces and the forces of {joints} \
+         joints and {gears} gears; expected {bodies}, {candidates}, {tied} and {geared}"
+    );
+    Error::Solver { solver: "the step's solver", why }
 }

@@ -1,8 +1,7 @@
 //! Record of an interval: one solved problem of a step.
 
 use super::driving::{AxisDrive, exchange_drives};
-use super::leapfrog::AddedError;
-use super::moment::Moment;
+use super::instants::AddedError;
 use super::{EnergyBalance, EnergyGain, InfeasibleGap, UnphysicalCause, energy};
 use crate::contact::certificate::Claim;
 use crate::contact::{Certificate, Contact};
@@ -83,9 +82,9 @@ pub(super) struct PartOfStep {
 }
 
 impl PartOfStep {
-    /// Part of the record of a state without a step.
-    pub fn at_the_end(world: &World, moment: &Moment) -> Self {
-        let energies = [Some(energy::at_instant(world, moment.states())), None];
+    /// Part of the record of the `states` without a step.
+    pub fn at_the_end(world: &World, states: &[State]) -> Self {
+        let energies = [Some(energy::at_instant(world, states)), None];
         Self { energies, changeable: world.changeable() }
     }
 }

@@ -19,6 +19,7 @@ pub mod energy;
 pub mod gradient;
 mod infeasible_gap;
 mod inputs;
+mod instants;
 pub mod interval;
 mod islands;
 mod leapfrog;
@@ -441,8 +442,9 @@ impl<'a> Simulation<'a> {
             before: arrivals.iter().map(|arrival| arrival.length).collect(),
             instants: instants.as_ref().map_or(Vec::new(), |instants| instants.states.clone()),
             solution,
-            part: accuracy::divides_steps(&self.world, &self.moment)
-                .then(|| Box::new(interval::PartOfStep::at_the_end(&self.world, &self.moment))),
+            part: accuracy::divides_steps(&self.world, &self.moment).then(|| {
+                Box::new(interval::PartOfStep::at_the_end(&self.world, self.moment.states()))
+            }),
             ..Interval::default()
         };
     }

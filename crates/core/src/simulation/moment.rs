@@ -2,9 +2,9 @@
 
 use super::driving::AxisDrive;
 use super::inputs::Inputs;
+use super::instants::Instants;
 use super::interval::Interval;
 use super::islands::Islands;
-use super::leapfrog::Instants;
 use crate::contact::Memory;
 use crate::joint::JointForce;
 use crate::mechanics::{State, Wrench};

@@ -322,29 +322,3 @@ fn contact_step(
     (taken.report, taken.certificate, taken.restitution_share) = (report, certificate, share);
     Ok(())
 }
-
-/// Checks the sizes of a solution before it is indexed.
-#[inline]
-pub(super) fn check_sizes(
-    solution: &StepSolution,
-    step: &Step<'_>,
-    contacts: usize,
-) -> Result<(), Error> {
-    let StepSolution { states, contacts: forces, joints, gears, .. } = solution;
-    let found = [states.len(), forces.len(), joints.len(), gears.len()];
-    let (world, bodies) = (step.world, step.states.len());
-    let wanted = [bodies, contacts, world.joints().len(), world.gears().len()];
-    if found == wanted { Ok(()) } else { Err(size_error(found, wanted)) }
-}
-
-#[cold]
-#[inline(never)]
-fn size_error(found: [usize; 4], wanted: [usize; 4]) -> Error {
-    let [states, contacts, joints, gears] = found;
-    let [bodies, candidates, tied, geared] = wanted;
-    let why = format!(
-        "its solution has {states} states, {contacts} contact forces and the forces of {joints} \
-         joints and {gears} gears; expected {bodies}, {candidates}, {tied} and {geared}"
-    );
-    Error::Solver { solver: "the step's solver", why }
-}

@@ -12,9 +12,9 @@
 //! solved nor certified again.
 
 use super::inputs::Inputs;
+use super::instants::AddedError;
 use super::interval::Interval;
 use super::islands::Islands;
-use super::leapfrog::AddedError;
 use super::moment::Moment;
 use super::{EnergyGain, UnphysicalCause};
 use crate::contact::certificate::{Certifier, Claim};
