@@ -44,12 +44,29 @@ impl Detection {
         contacts: &mut Vec<Contact>,
     ) -> bool {
         contacts.clear();
+        self.find_unless(world, states, free, contacts, |_, _| false)
+    }
+
+    /// Same as [`Self::find`] behind the present `contacts`, for bodies for which `skips` is false. It gets the body
+    /// and the number of contacts so far.
+    #[inline]
+    pub(super) fn find_unless(
+        self,
+        world: &World,
+        states: &[State],
+        free: &[State],
+        contacts: &mut Vec<Contact>,
+        mut skips: impl FnMut(usize, usize) -> bool,
+    ) -> bool {
         let Some(ground) = world.ground() else { return false };
         let mut needs_contact = false;
         let bodies = world.bodies().iter().zip(states).zip(free);
         for (index, ((body, state), free)) in bodies.enumerate() {
-            let band = CONTACT_BAND * body.reach();
             let first = contacts.len();
+            if skips(index, first) {
+                continue;
+            }
+            let band = CONTACT_BAND * body.reach();
             let (pose, free) = (state.pose(), free.pose());
             let heights = world.heights(index, &pose).zip(world.heights(index, &free));
             for (point, (now, then)) in heights.enumerate() {
@@ -95,13 +112,14 @@ pub fn all_contacts(world: &World, states: &[State], contacts: &mut Vec<Contact>
 /// that are not candidates yet.
 ///
 /// Detection is a prediction, and an impulse on one point may push down another. Returns true if
-/// there were any. Bodies without a state in both lists are skipped. `index` is a workspace to find
-/// contacts.
+/// there were any. Bodies without a state in both lists are skipped, and bodies with a flag in `rests`. `index` is a
+/// workspace to find contacts.
 pub fn admit_missed(
     world: &World,
     states: &[State],
     next: &[State],
     depth: f64,
+    rests: &[bool],
     contacts: &mut Vec<Contact>,
     index: &mut KeyIndex,
 ) -> bool {
@@ -111,6 +129,9 @@ pub fn admit_missed(
     index.reserve(contacts.capacity());
     let of_bodies = states.iter().zip(next).take(world.bodies().len());
     for (body, (state, next)) in of_bodies.enumerate() {
+        if rests.get(body) == Some(&true) {
+            continue;
+        }
         let end = next.pose();
         for (point, height) in world.heights(body, &end).enumerate() {
             let key = ContactKey { body, point, partner: Partner::Ground, pair: None };
