@@ -16,7 +16,7 @@ pub(crate) struct AsideContacts {
     is_active: bool,
     /// True if a body at rest is touched.
     pub(super) is_touched: bool,
-    /// For each contact at the start of the step, true if it is set aside. `count` of them are.
+    /// For each contact at the start of the step up to the last one set aside, true if it is. `count` of them are.
     order: Vec<bool>,
     count: usize,
 }
@@ -40,12 +40,13 @@ impl AsideContacts {
 
     /// Keeps the contacts of the `bodies` that rested in a step with these contacts.
     pub(super) fn remember(&mut self, bodies: &[bool], contacts: &[Contact]) {
+        if bodies.is_empty() {
+            self.bodies.clear();
+            return;
+        }
         bodies.clone_into(&mut self.bodies);
         self.contacts.clear();
-        if !bodies.is_empty() {
-            let resting = contacts.iter().filter(|contact| bodies[contact.key.body]);
-            self.contacts.extend(resting);
-        }
+        self.contacts.extend(contacts.iter().filter(|contact| bodies[contact.key.body]));
     }
 
     /// Flags of the bodies whose contacts are set aside; empty without any.
@@ -65,11 +66,15 @@ impl AsideContacts {
         if self.bodies().get(body) != Some(&true) {
             return false;
         }
+        self.take_ground_of(body, others);
+        true
+    }
+
+    fn take_ground_of(&mut self, body: usize, others: usize) {
         let is_on_ground =
             |contact: &&Contact| (contact.key.body, contact.key.partner) == (body, Partner::Ground);
         let ground = self.contacts[self.count..].iter().take_while(is_on_ground).count();
         self.take(ground, others);
-        true
     }
 
     /// Sets a contact of two pieces aside, behind the `others`. Returns false if its bodies do not rest, or if it
@@ -93,38 +98,40 @@ impl AsideContacts {
         self.order.resize(others + self.count, true);
     }
 
-    /// Ends the search for contacts of a step, which found the `others`.
-    pub(super) fn end_search(&mut self, others: usize) {
-        self.order.resize(others + self.count, false);
+    /// Ends the search for contacts at the start of a step.
+    pub(super) fn end_search(&mut self) {
         self.is_touched |= self.count != self.contacts.len();
     }
 
     /// Notes new contacts, which touch a body at rest or not.
+    #[inline]
     pub(super) fn note(&mut self, new: &[Contact]) {
         let rests = |body: usize| self.bodies().get(body) == Some(&true);
         self.is_touched |= new.iter().any(|contact| contact.key.bodies().any(rests));
     }
 
-    pub(super) fn count_at_start(&self) -> usize {
-        self.order.len()
+    /// Number of contacts set aside.
+    pub(super) fn count(&self) -> usize {
+        self.count
     }
 
     /// Puts the contacts set aside back among the `others`, which ends the step for them.
     pub(super) fn put_back(&mut self, others: &mut Vec<Contact>, spare: &mut Vec<Contact>) {
-        self.merge(self.contacts.iter().copied(), others, spare);
+        self.merge(self.contacts.iter(), others, spare);
         self.end();
     }
 
     /// Puts entries of the contacts set aside back into a list that has one for each of the others.
-    pub(super) fn merge<T: Copy>(
+    pub(super) fn merge<'a, T: Copy + 'a>(
         &self,
-        mut aside: impl Iterator<Item = T>,
+        mut aside: impl Iterator<Item = &'a T>,
         list: &mut Vec<T>,
         spare: &mut Vec<T>,
     ) {
         std::mem::swap(list, spare);
         list.clear();
-        let mut others = spare.iter().copied();
+        list.reserve(spare.len() + self.count);
+        let mut others = spare.iter();
         for &is_aside in &self.order {
             list.extend(if is_aside { aside.next() } else { others.next() });
         }

@@ -81,9 +81,9 @@ impl Candidates {
         self.neighbours.rewind(world, memory);
     }
 
-    /// Number of contacts at the start of the step, with those set aside.
-    pub(crate) fn count_at_start(&self) -> usize {
-        self.aside.count_at_start()
+    /// Number of all contacts, with those set aside.
+    pub(crate) fn count_all(&self) -> usize {
+        self.contacts.len() + self.aside.count()
     }
 
     /// Puts the contacts set aside back. `spare` is a workspace.
@@ -92,9 +92,9 @@ impl Candidates {
     }
 
     /// Puts the `entries` of contacts set aside back into a list with one entry for each of the others.
-    pub(crate) fn merge<T: Copy>(
+    pub(crate) fn merge<'a, T: Copy + 'a>(
         &self,
-        entries: impl Iterator<Item = T>,
+        entries: impl Iterator<Item = &'a T>,
         list: &mut Vec<T>,
         spare: &mut Vec<T>,
     ) {
@@ -154,9 +154,7 @@ impl Candidates {
         let Self { contacts, aside, .. } = self;
         contacts.clear();
         aside.begin_search();
-        let reaches_ground = rule.find_unless(world, states, free, contacts, |body, others| {
-            aside.takes_ground_of(body, others)
-        });
+        let reaches_ground = rule.find_awake(world, states, free, aside, contacts);
         let has_pairs = has_pairs(world);
         if has_pairs {
             for list in self.neighbours.touching(world, states) {
@@ -175,7 +173,7 @@ impl Candidates {
             }
         }
         // Without candidates and joints, free flight is the step to check.
-        aside.end_search(self.contacts.len());
+        aside.end_search();
         let needs_contact = reaches_ground
             || !aside.bodies().is_empty()
             || !self.contacts.is_empty()
@@ -246,6 +244,7 @@ impl Candidates {
         self.admit(world, states, next, depth, Reached::Foreseen)
     }
 
+    #[inline]
     fn admit(
         &mut self,
         world: &World,

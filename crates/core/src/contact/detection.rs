@@ -3,6 +3,7 @@
 //! The results are *candidates* for a solver. The solution decides which of them *carry a force*
 //! ([`ContactForce::carries_force`](crate::step::ContactForce::carries_force)).
 
+use super::aside::AsideContacts;
 use super::{Contact, ContactKey, Curved, EllipsoidPoint, Features, KeyIndex, Partner, Plane};
 use crate::geometry::ContactPoint;
 use crate::mechanics::{Pose, State};
@@ -44,26 +45,24 @@ impl Detection {
         contacts: &mut Vec<Contact>,
     ) -> bool {
         contacts.clear();
-        self.find_unless(world, states, free, contacts, |_, _| false)
+        self.find_awake(world, states, free, &mut AsideContacts::default(), contacts)
     }
 
-    /// Same as [`Self::find`] behind the present `contacts`, for bodies for which `skips` is false. It gets the body
-    /// and the number of contacts so far.
-    #[inline]
-    pub(super) fn find_unless(
+    /// Same as [`Self::find`] into empty `contacts`, without those that are set `aside`.
+    pub(super) fn find_awake(
         self,
         world: &World,
         states: &[State],
         free: &[State],
+        aside: &mut AsideContacts,
         contacts: &mut Vec<Contact>,
-        mut skips: impl FnMut(usize, usize) -> bool,
     ) -> bool {
         let Some(ground) = world.ground() else { return false };
         let mut needs_contact = false;
         let bodies = world.bodies().iter().zip(states).zip(free);
         for (index, ((body, state), free)) in bodies.enumerate() {
             let first = contacts.len();
-            if skips(index, first) {
+            if aside.takes_ground_of(index, first) {
                 continue;
             }
             let band = CONTACT_BAND * body.reach();

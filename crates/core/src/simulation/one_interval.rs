@@ -120,9 +120,8 @@ pub(super) fn solve(
     workspace.candidates.exchange_memory(world, &mut moment.search);
     let solved = if has_contacts {
         let solve = |workspace: &mut Workspace<'_>, taken: &mut Interval| {
-            if !contact_step(world, moment, inputs, workspace, taken)? {
+            while !contact_step(world, moment, inputs, workspace, taken)? {
                 workspace.candidates.take_all(world, &workspace.rewind);
-                contact_step(world, moment, inputs, workspace, taken)?;
             }
             measure(world, workspace, taken);
             mark_sunk(world, workspace, taken);
@@ -233,9 +232,18 @@ fn contact_step(
     let (detection, solver) = (*detection, solver.as_mut());
     let Moment { instants, now: previous, before, .. } = moment;
     let states = &previous.states;
-    free.clear();
-    let flights = states.iter().zip(&*wrenches).enumerate();
-    free.extend(flights.map(|(i, (state, wrench))| world.free_flight(i, state, wrench)));
+    let sets_aside = !candidates.aside().is_empty();
+    let flight = |body: usize| world.free_flight(body, &states[body], &wrenches[body]);
+    if !sets_aside {
+        free.clear();
+    }
+    // Bodies at rest have the flight of the step before.
+    for (body, rests) in candidates.aside().iter().enumerate() {
+        if !rests {
+            free[body] = flight(body);
+        }
+    }
+    free.extend((free.len()..states.len()).map(flight));
 
     let (earlier, interrupt) = (before.as_deref(), inputs.interrupt.as_deref());
     let step = Step { world, states, wrenches, free, previous, earlier, interrupt };
@@ -248,10 +256,10 @@ fn contact_step(
     }
     let solution = &mut taken.solution;
     let needs_contact = candidates.find(detection, world, states, free);
-    if candidates.touches_aside() {
+    if sets_aside && candidates.touches_aside() {
         return Ok(false);
     }
-    rest.found(candidates.count_at_start());
+    rest.found(candidates.count_all());
     let infeasible_gap = |contacts: &[Contact], accepted: f64, next: &[State]| {
         let least = world.time_step() * accepted.max(rounding::residual(world, states, next));
         infeasible_gap::find(world, states, contacts, &previous.joints, least)
@@ -281,9 +289,11 @@ fn contact_step(
         let (report, share) = solved?;
         let islands = solver.islands();
         let rested = |body| islands.as_ref().is_some_and(|islands| islands.rested(body));
-        let mut aside = candidates.aside().iter().enumerate();
-        if candidates.touches_aside() || aside.any(|(body, rests)| *rests && !rested(body)) {
-            return Ok(false);
+        if sets_aside {
+            let mut aside = candidates.aside().iter().enumerate();
+            if candidates.touches_aside() || aside.any(|(body, rests)| *rests && !rested(body)) {
+                return Ok(false);
+            }
         }
         rest.keep(rested);
         (report, share, solver.accepted_residual())
@@ -309,8 +319,7 @@ fn contact_step(
     let of_forces = || rounding::forces(world, &claim, solution.loads());
     let within = residual <= accepted
         || residual <= of_speeds()
-        || candidates.aside().is_empty()
-            && residual <= (of_speeds() + of_forces()).min(rounding::largest(world));
+        || !sets_aside && residual <= (of_speeds() + of_forces()).min(rounding::largest(world));
     let solved = !matches!(report.status, StepStatus::Free | StepStatus::Failed);
     if !within {
         report.status = StepStatus::Failed;
@@ -343,18 +352,16 @@ fn contact_step(
             report.status = StepStatus::Wild;
         }
     }
-    if candidates.aside().is_empty() {
+    if !sets_aside {
         candidates.remember(if is_regular(world) { rest.bodies() } else { &[] });
     } else if report.status.is_solved() {
         // The contacts set aside and the last forces there are in one order.
         let rests = |force: &ContactForce| candidates.aside()[force.key.body];
         let resting = || previous.contacts.iter().enumerate().filter(|(_, force)| rests(force));
-        let forces = resting().map(|(_, force)| *force);
+        let forces = resting().map(|(_, force)| force);
         candidates.merge(forces, &mut solution.contacts, &mut spare.contacts);
-        let moments = resting().map(|(place, _)| previous.moment(place));
-        if world.has_turning_friction() {
-            candidates.merge(moments, &mut solution.moments, &mut spare.moments);
-        }
+        let moments = resting().filter_map(|(place, _)| previous.moments.get(place));
+        candidates.merge(moments, &mut solution.moments, &mut spare.moments);
         candidates.put_back(&mut taken.contacts);
     } else {
         (taken.infeasible_gap, taken.unphysical, taken.gain) = (None, None, None);

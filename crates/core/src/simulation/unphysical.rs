@@ -473,8 +473,11 @@ impl EnergyCheck {
         let pressing = |force: &Vector3<f64>| *force != Vector3::zeros();
         let bodies = claim.states.len();
         self.budgets.resize(bodies, Budget::default());
-        let budgets = self.budgets.iter_mut().enumerate().filter(|(body, _)| counts(*body));
-        budgets.for_each(|(_, budget)| *budget = Budget::default());
+        for (body, budget) in self.budgets.iter_mut().enumerate() {
+            if counts(body) {
+                *budget = Budget::default();
+            }
+        }
         // Marks the bodies of the contacts first, and combines the marks per island below.
         let h = world.time_step();
         let contacts = claim.contacts.iter().zip(forces).filter(|(_, force)| pressing(force));

@@ -65,8 +65,9 @@ pub(super) struct Neighbours {
     is_known: bool,
     colliders: Colliders,
     extents: Vec<PieceExtent>,
-    /// Body of each box.
+    /// Body of each box, and true if it rested when the box was made.
     bodies: Vec<usize>,
+    rested: Vec<bool>,
     /// Poses of the bodies at `end`.
     poses: Vec<Pose>,
     spare_poses: Vec<Pose>,
