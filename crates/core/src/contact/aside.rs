@@ -70,6 +70,7 @@ impl AsideContacts {
         true
     }
 
+    #[cold]
     fn take_ground_of(&mut self, body: usize, others: usize) {
         let is_on_ground =
             |contact: &&Contact| (contact.key.body, contact.key.partner) == (body, Partner::Ground);
@@ -79,6 +80,7 @@ impl AsideContacts {
 
     /// Sets a contact of two pieces aside, behind the `others`. Returns false if its bodies do not rest, or if it
     /// was another one in the last step.
+    #[cold]
     pub(super) fn takes(&mut self, contact: &Contact, others: usize) -> bool {
         let rests = |body: usize| self.bodies().get(body) == Some(&true);
         if !contact.key.bodies().any(rests) {
@@ -104,7 +106,7 @@ impl AsideContacts {
     }
 
     /// Notes new contacts, which touch a body at rest or not.
-    #[inline]
+    #[cold]
     pub(super) fn note(&mut self, new: &[Contact]) {
         let rests = |body: usize| self.bodies().get(body) == Some(&true);
         self.is_touched |= new.iter().any(|contact| contact.key.bodies().any(rests));

@@ -76,6 +76,7 @@ impl Candidates {
     }
 
     /// Begins the search of the step again from `memory`, with all contacts.
+    #[cold]
     pub(crate) fn take_all(&mut self, world: &World, memory: &Memory) {
         self.aside.end();
         self.neighbours.rewind(world, memory);
@@ -244,7 +245,6 @@ impl Candidates {
         self.admit(world, states, next, depth, Reached::Foreseen)
     }
 
-    #[inline]
     fn admit(
         &mut self,
         world: &World,
@@ -259,7 +259,9 @@ impl Candidates {
         let ground = detection::admit_missed(world, states, next, depth, rests, contacts, index);
         let pieces = has_pairs(world)
             && self.neighbours.overlapping(world, states, next, depth, reached, &mut self.contacts);
-        self.aside.note(&self.contacts[known..]);
+        if !self.aside.bodies().is_empty() {
+            self.aside.note(&self.contacts[known..]);
+        }
         self.complete(world, states, known);
         ground || pieces
     }

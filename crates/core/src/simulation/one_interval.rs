@@ -233,17 +233,17 @@ fn contact_step(
     let Moment { instants, now: previous, before, .. } = moment;
     let states = &previous.states;
     let sets_aside = !candidates.aside().is_empty();
-    let flight = |body: usize| world.free_flight(body, &states[body], &wrenches[body]);
-    if !sets_aside {
+    let flights = states.iter().zip(&*wrenches).enumerate();
+    let flight = |(body, (state, wrench))| world.free_flight(body, state, wrench);
+    if sets_aside {
+        // Bodies at rest have the flight of the step before.
+        let flights = flights.zip(free.iter_mut().zip(candidates.aside()));
+        let awake = flights.filter(|(_, (_, rests))| !**rests);
+        awake.for_each(|(of, (free, _))| *free = flight(of));
+    } else {
         free.clear();
+        free.extend(flights.map(flight));
     }
-    // Bodies at rest have the flight of the step before.
-    for (body, rests) in candidates.aside().iter().enumerate() {
-        if !rests {
-            free[body] = flight(body);
-        }
-    }
-    free.extend((free.len()..states.len()).map(flight));
 
     let (earlier, interrupt) = (before.as_deref(), inputs.interrupt.as_deref());
     let step = Step { world, states, wrenches, free, previous, earlier, interrupt };
@@ -294,8 +294,9 @@ fn contact_step(
             if candidates.touches_aside() || aside.any(|(body, rests)| *rests && !rested(body)) {
                 return Ok(false);
             }
+        } else {
+            rest.keep(rested);
         }
-        rest.keep(rested);
         (report, share, solver.accepted_residual())
     } else {
         rest.keep(|_| false);
@@ -360,8 +361,10 @@ fn contact_step(
         let resting = || previous.contacts.iter().enumerate().filter(|(_, force)| rests(force));
         let forces = resting().map(|(_, force)| force);
         candidates.merge(forces, &mut solution.contacts, &mut spare.contacts);
-        let moments = resting().filter_map(|(place, _)| previous.moments.get(place));
-        candidates.merge(moments, &mut solution.moments, &mut spare.moments);
+        if world.has_turning_friction() {
+            let moments = resting().filter_map(|(place, _)| previous.moments.get(place));
+            candidates.merge(moments, &mut solution.moments, &mut spare.moments);
+        }
         candidates.put_back(&mut taken.contacts);
     } else {
         (taken.infeasible_gap, taken.unphysical, taken.gain) = (None, None, None);

@@ -336,8 +336,8 @@ impl EnergyCheck {
         rests: &[bool],
     ) {
         let h = world.time_step();
+        self.join(world, claim, forces, rests);
         let counts = |body: usize| rests.get(body) != Some(&true);
-        self.join(world, claim, forces, counts);
         // Adds the surface work of each body to its island.
         if world.has_surfaces() {
             for index in 0..self.budgets.len() {
@@ -468,16 +468,17 @@ impl EnergyCheck {
         world: &World,
         claim: &Claim<'_>,
         forces: impl IntoIterator<Item = Vector3<f64>>,
-        counts: impl Fn(usize) -> bool,
+        rests: &[bool],
     ) {
+        let counts = |body: usize| rests.get(body) != Some(&true);
         let pressing = |force: &Vector3<f64>| *force != Vector3::zeros();
         let bodies = claim.states.len();
-        self.budgets.resize(bodies, Budget::default());
-        for (body, budget) in self.budgets.iter_mut().enumerate() {
-            if counts(body) {
-                *budget = Budget::default();
-            }
+        if rests.is_empty() {
+            self.budgets.clear();
         }
+        self.budgets.resize(bodies, Budget::default());
+        let awake = self.budgets.iter_mut().zip(rests).filter(|(_, rests)| !**rests);
+        awake.for_each(|(budget, _)| *budget = Budget::default());
         // Marks the bodies of the contacts first, and combines the marks per island below.
         let h = world.time_step();
         let contacts = claim.contacts.iter().zip(forces).filter(|(_, force)| pressing(force));
