@@ -65,6 +65,8 @@ pub(super) struct PairState<'a> {
     /// Separation at the end (m); a lower bound if `is_bound`.
     pub gap: &'a mut f64,
     pub is_bound: &'a mut bool,
+    /// True for polyhedra that touch at the start where other pieces hide all points.
+    pub is_hidden: bool,
 }
 
 /// Search for collisions on the trajectories of one step.
@@ -231,6 +233,11 @@ impl CollisionSearch<'_> {
         if moving[0].trajectory.angle().max(moving[1].trajectory.angle()) > LARGEST_TURN {
             self.miss(pair.colliders);
         }
+        // If other pieces hide all that touches, as between the corners of a box on tiles, the solution shows
+        // whether something is missing.
+        if pair.is_hidden && !self.is_solved {
+            return None;
+        }
         // Depths: `fine` is ignored, `deep` and `passing` are beyond what contacts leave.
         let near = NEAR * extents[0].size.min(extents[1].size);
         // A tangent plane of a step leaves a gap by the curvature of both surfaces, as long as they do not part.
@@ -250,8 +257,12 @@ impl CollisionSearch<'_> {
         let mut goes_through = !is_deep;
         if is_deep && !stays_clear(&moving[0], &moving[1], passing, pair.hint) {
             goes_through = self.first(&moving, passing, pair).is_some();
-        } else if is_deep && *pair.gap >= -fine && self.knows(pair.colliders, contacts) {
-            // Remaining overlap by rotation between planes that are all known.
+        } else if is_deep
+            && *pair.gap >= self.least_gap(pair.colliders, contacts) - fine
+            && self.knows(pair.colliders, contacts)
+        {
+            // Remaining overlap by rotation between planes that are all known, or planes of a terrain that do
+            // not hold yet.
             return None;
         }
         if !is_deep {
@@ -461,6 +472,15 @@ impl CollisionSearch<'_> {
         if let Some((body, normal, gap)) = lift {
             self.between[body].position -= normal * gap;
         }
+    }
+
+    /// Least gap at the end of the known contacts with a triangle (m), at most 0. 0 for another pair.
+    fn least_gap(&mut self, colliders: [Collider; 2], contacts: &[Contact]) -> f64 {
+        if !is_triangle(self.world, colliders[1]) {
+            return 0.0;
+        }
+        let known = self.index.between(contacts, pieces(colliders)).map(|place| &contacts[place]);
+        known.map(|contact| contact.gap_at(&self.end[contact.key.body], None)).fold(0.0, f64::min)
     }
 
     /// First fraction of the trajectory at which a pair overlaps by `depth` (m).

@@ -28,6 +28,8 @@ pub(super) struct Neighbour {
     pub(super) gap: f64,
     /// True if `gap` is a lower bound.
     pub(super) is_bound: bool,
+    /// True if two polyhedra touched at the last step's start, with points that other pieces hide only.
+    pub(super) is_hidden: bool,
     /// Range of the pair's contacts at the last step's start in [`Memory::pair_contacts`].
     pub(super) contacts: Range<usize>,
     /// Room at the last step's start, for a triangle of a terrain.
@@ -54,8 +56,8 @@ impl Neighbour {
     pub(super) fn looked(&mut self, colliders: &Colliders) -> PairState<'_> {
         let numbers = self.colliders;
         let colliders = numbers.map(|at| colliders.at(at));
-        let Self { hint, gap, is_bound, .. } = self;
-        PairState { colliders, numbers, hint, gap, is_bound }
+        let Self { hint, gap, is_bound, is_hidden, .. } = self;
+        PairState { colliders, numbers, hint, gap, is_bound, is_hidden: *is_hidden }
     }
 }
 

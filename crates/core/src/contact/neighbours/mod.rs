@@ -83,6 +83,8 @@ pub(super) struct Neighbours {
     /// Index of each moved pair, and its range in `moved`.
     moved_pairs: Vec<(usize, Range<usize>)>,
     spare_pairs: Vec<Neighbour>,
+    /// Triangles of a terrain near a piece.
+    triangles: Vec<usize>,
     /// Poses of two bodies at their collision within the step.
     between: Vec<Pose>,
     /// Pairs that collide within the step.
@@ -169,7 +171,7 @@ impl Neighbours {
                 }
                 pair.clearance.0 -= moved_by;
                 if pair.clearance.0 > TOUCH * extents[piece].size {
-                    (pair.gap, pair.is_bound) = (pair.clearance.0, true);
+                    (pair.gap, pair.is_bound, pair.is_hidden) = (pair.clearance.0, true, false);
                     if !pair.contacts.is_empty() {
                         moved_pairs.push((index, first..first));
                     }
@@ -190,7 +192,11 @@ impl Neighbours {
             let within = TOUCH * size;
             let search = ContactSearch { reach, within, plane_of, with_hidden: false };
             let workspace = (&mut *scratch, &mut *exposure);
-            pair.gap = exposed.contact_points(poses, &[poses], search, hint, workspace, touches).0;
+            let (gap, is_hidden) =
+                exposed.contact_points(poses, &[poses], search, hint, workspace, touches);
+            // A round piece rolls to other points.
+            pair.is_hidden = is_hidden && !pieces.0.0.is_curved() && !pieces.1.0.is_curved();
+            pair.gap = gap;
             // The gap was computed from the plane's side. Other calls may differ in the last bit.
             pair.is_bound = true;
             let between =
