@@ -428,7 +428,7 @@ pub trait IslandSolver {
     /// Announces the bodies whose next step repeats the last one. For their whole islands, the
     /// states, the loads, the initial contacts and the preceding solutions are bitwise equal to the
     /// last step's. The solver may leave these bodies unchanged as long as nothing else touches
-    /// them.
+    /// them, and must do so for those whose contacts are [set aside](Candidates::aside).
     fn expect_rest(&mut self, bodies: &[bool]);
 
     /// Announces the bodies without a solution, or that failed in several steps, for all calls until another

@@ -1,6 +1,7 @@
 //! Candidate contacts of a step, and the search for missing ones.
 
 use super::adhesion::share_adhesion;
+use super::aside::AsideContacts;
 use super::collider::PieceExtent;
 use super::collision::Reached;
 use super::memory::Memory;
@@ -20,6 +21,7 @@ use nalgebra::Vector3;
 #[derive(Debug, Clone, Default)]
 pub struct Candidates {
     contacts: Vec<Contact>,
+    aside: AsideContacts,
     neighbours: Neighbours,
     rebound: Rebound,
     /// Workspace of [`detection::admit_missed`].
@@ -52,7 +54,57 @@ impl Candidates {
     /// Prepares for a memory other than the one that the last search left.
     pub(crate) fn forget(&mut self) {
         self.contacts.clear();
+        self.aside.forget();
         self.neighbours.forget();
+    }
+
+    /// Begins a step in which `bodies` rest. Returns true if their contacts are the same as in the step before, and
+    /// are [set aside](Self::aside).
+    pub(crate) fn set_aside(&mut self, bodies: &[bool]) -> bool {
+        self.aside.begin(bodies)
+    }
+
+    /// Flags of the bodies at rest whose contacts are left out, empty without any. They end the step where they begin
+    /// it.
+    pub fn aside(&self) -> &[bool] {
+        self.aside.bodies()
+    }
+
+    /// True if a body at rest is touched whose contacts are set aside.
+    pub(crate) fn touches_aside(&self) -> bool {
+        self.aside.is_touched && !self.aside().is_empty()
+    }
+
+    /// Begins the search of the step again from `memory`, with all contacts.
+    #[cold]
+    pub(crate) fn take_all(&mut self, world: &World, memory: &Memory) {
+        self.aside.end();
+        self.neighbours.rewind(world, memory);
+    }
+
+    /// Number of all contacts, with those set aside.
+    pub(crate) fn count_all(&self) -> usize {
+        self.contacts.len() + self.aside.count()
+    }
+
+    /// Puts the contacts set aside back. `spare` is a workspace.
+    pub(crate) fn put_back(&mut self, spare: &mut Vec<Contact>) {
+        self.aside.put_back(&mut self.contacts, spare);
+    }
+
+    /// Puts the `entries` of contacts set aside back into a list with one entry for each of the others.
+    pub(crate) fn merge<'a, T: Copy + 'a>(
+        &self,
+        entries: impl Iterator<Item = &'a T>,
+        list: &mut Vec<T>,
+        spare: &mut Vec<T>,
+    ) {
+        self.aside.merge(entries, list, spare);
+    }
+
+    /// Keeps the contacts of the `bodies` that rested in this step, which the next one may set aside.
+    pub(crate) fn remember(&mut self, bodies: &[bool]) {
+        self.aside.remember(bodies, &self.contacts);
     }
 
     /// Updates the search after body `body` with `pieces` pieces was removed; `world` is the world
@@ -100,16 +152,31 @@ impl Candidates {
         states: &[State],
         free: &[State],
     ) -> bool {
-        let reaches_ground = rule.find(world, states, free, &mut self.contacts);
+        let Self { contacts, aside, .. } = self;
+        contacts.clear();
+        aside.begin_search();
+        let reaches_ground = rule.find_awake(world, states, free, aside, contacts);
         let has_pairs = has_pairs(world);
         if has_pairs {
-            self.neighbours.touching(world, states, &mut self.contacts);
+            for list in self.neighbours.touching(world, states) {
+                if aside.bodies().is_empty() {
+                    contacts.extend_from_slice(list);
+                    continue;
+                }
+                for contact in list {
+                    if !aside.takes(contact, contacts.len()) {
+                        contacts.push(*contact);
+                    }
+                }
+            }
             if !self.neighbours.replaced.is_empty() {
                 self.neighbours.put_replaced(world, &mut self.contacts);
             }
         }
         // Without candidates and joints, free flight is the step to check.
+        aside.end_search();
         let needs_contact = reaches_ground
+            || !aside.bodies().is_empty()
             || !self.contacts.is_empty()
             || !world.joints().is_empty()
             || has_pairs
@@ -187,10 +254,14 @@ impl Candidates {
         reached: Reached,
     ) -> bool {
         let known = self.contacts.len();
-        let Self { contacts, index, .. } = self;
-        let ground = detection::admit_missed(world, states, next, depth, contacts, index);
+        let Self { contacts, aside, index, .. } = self;
+        let rests = aside.bodies();
+        let ground = detection::admit_missed(world, states, next, depth, rests, contacts, index);
         let pieces = has_pairs(world)
             && self.neighbours.overlapping(world, states, next, depth, reached, &mut self.contacts);
+        if !self.aside.bodies().is_empty() {
+            self.aside.note(&self.contacts[known..]);
+        }
         self.complete(world, states, known);
         ground || pieces
     }

@@ -3,6 +3,7 @@
 //! The results are *candidates* for a solver. The solution decides which of them *carry a force*
 //! ([`ContactForce::carries_force`](crate::step::ContactForce::carries_force)).
 
+use super::aside::AsideContacts;
 use super::{Contact, ContactKey, Curved, EllipsoidPoint, Features, KeyIndex, Partner, Plane};
 use crate::geometry::ContactPoint;
 use crate::mechanics::{Pose, State};
@@ -44,12 +45,27 @@ impl Detection {
         contacts: &mut Vec<Contact>,
     ) -> bool {
         contacts.clear();
+        self.find_awake(world, states, free, &mut AsideContacts::default(), contacts)
+    }
+
+    /// Same as [`Self::find`] into empty `contacts`, without those that are set `aside`.
+    pub(super) fn find_awake(
+        self,
+        world: &World,
+        states: &[State],
+        free: &[State],
+        aside: &mut AsideContacts,
+        contacts: &mut Vec<Contact>,
+    ) -> bool {
         let Some(ground) = world.ground() else { return false };
         let mut needs_contact = false;
         let bodies = world.bodies().iter().zip(states).zip(free);
         for (index, ((body, state), free)) in bodies.enumerate() {
-            let band = CONTACT_BAND * body.reach();
             let first = contacts.len();
+            if aside.takes_ground_of(index, first) {
+                continue;
+            }
+            let band = CONTACT_BAND * body.reach();
             let (pose, free) = (state.pose(), free.pose());
             let heights = world.heights(index, &pose).zip(world.heights(index, &free));
             for (point, (now, then)) in heights.enumerate() {
@@ -95,13 +111,14 @@ pub fn all_contacts(world: &World, states: &[State], contacts: &mut Vec<Contact>
 /// that are not candidates yet.
 ///
 /// Detection is a prediction, and an impulse on one point may push down another. Returns true if
-/// there were any. Bodies without a state in both lists are skipped. `index` is a workspace to find
-/// contacts.
+/// there were any. Bodies without a state in both lists are skipped, and bodies with a flag in `rests`. `index` is a
+/// workspace to find contacts.
 pub fn admit_missed(
     world: &World,
     states: &[State],
     next: &[State],
     depth: f64,
+    rests: &[bool],
     contacts: &mut Vec<Contact>,
     index: &mut KeyIndex,
 ) -> bool {
@@ -111,6 +128,9 @@ pub fn admit_missed(
     index.reserve(contacts.capacity());
     let of_bodies = states.iter().zip(next).take(world.bodies().len());
     for (body, (state, next)) in of_bodies.enumerate() {
+        if rests.get(body) == Some(&true) {
+            continue;
+        }
         let end = next.pose();
         for (point, height) in world.heights(body, &end).enumerate() {
             let key = ContactKey { body, point, partner: Partner::Ground, pair: None };

@@ -34,6 +34,7 @@
 //! refer to `docs/formulation.md`.
 
 pub mod adhesion;
+mod aside;
 mod candidates;
 pub mod certificate;
 pub(crate) mod collider;

@@ -6,14 +6,14 @@ use super::interval::Interval;
 use super::leapfrog;
 use super::moment::Moment;
 use super::unphysical::{self, UnphysicalCause};
-use super::workspace::Workspace;
+use super::workspace::{Workspace, is_regular};
 use super::{InfeasibleGap, Motion, infeasible_gap, replacement};
 use crate::contact::certificate::{Claim, certify_rk4_step};
 use crate::contact::{Contact, Partner, rounding};
 use crate::error::Error;
 use crate::mechanics::State;
 use crate::mechanics::dynamics::rk4_step;
-use crate::step::{Step, StepReport, StepSolution, StepStatus};
+use crate::step::{ContactForce, Step, StepReport, StepSolution, StepStatus};
 use crate::world::{Span, World};
 
 /// Overlap due to rounding, as a fraction of the world's reach.
@@ -107,19 +107,22 @@ pub(super) fn solve(
         taken.instants.extend_from_slice(&instants.states);
     }
     (taken.infeasible_gap, taken.unphysical, taken.gain) = (None, None, None);
-    // Without pairs of pieces there is nothing to restore.
-    let rewinds = inputs.interrupt.is_some() && !moment.search.is_empty();
-    if rewinds {
-        workspace.rewind.copy_from(&moment.search);
-    }
     let has_contacts = workspace.has_contacts();
     if has_contacts {
         workspace.begin_rest(moment);
     }
+    let sets_aside = workspace.set_aside(world, moment);
+    // Without pairs of pieces there is nothing to restore.
+    let rewinds = sets_aside || inputs.interrupt.is_some() && !moment.search.is_empty();
+    if rewinds {
+        workspace.rewind.copy_from(&moment.search);
+    }
     workspace.candidates.exchange_memory(world, &mut moment.search);
     let solved = if has_contacts {
         let solve = |workspace: &mut Workspace<'_>, taken: &mut Interval| {
-            contact_step(world, moment, inputs, workspace, taken)?;
+            while !contact_step(world, moment, inputs, workspace, taken)? {
+                workspace.candidates.take_all(world, &workspace.rewind);
+            }
             measure(world, workspace, taken);
             mark_sunk(world, workspace, taken);
             Ok(())
@@ -204,24 +207,43 @@ fn floating_step(world: &World, workspace: &mut Workspace<'_>, taken: &mut Inter
     taken.restitution_share = 1.0;
 }
 
-/// Advances by free flight, detection, solver and certificate.
+/// Advances by free flight, detection, solver and certificate. Returns false if the step must be taken with all
+/// contacts: it sets contacts aside, and touches one of their bodies or is not solved as usual.
 fn contact_step(
     world: &World,
     moment: &Moment,
     inputs: &Inputs,
     workspace: &mut Workspace<'_>,
     taken: &mut Interval,
-) -> Result<(), Error> {
+) -> Result<bool, Error> {
     let Workspace {
-        motion, wrenches, free, candidates, bounce, certifier, energy_check, rest, ..
+        motion,
+        wrenches,
+        free,
+        candidates,
+        bounce,
+        certifier,
+        energy_check,
+        rest,
+        solution: spare,
+        ..
     } = workspace;
-    let Motion::Contact { detection, solver } = motion else { return Ok(()) };
+    let Motion::Contact { detection, solver } = motion else { return Ok(true) };
     let (detection, solver) = (*detection, solver.as_mut());
     let Moment { instants, now: previous, before, .. } = moment;
     let states = &previous.states;
-    free.clear();
+    let sets_aside = !candidates.aside().is_empty();
     let flights = states.iter().zip(&*wrenches).enumerate();
-    free.extend(flights.map(|(i, (state, wrench))| world.free_flight(i, state, wrench)));
+    let flight = |(body, (state, wrench))| world.free_flight(body, state, wrench);
+    if sets_aside {
+        // Bodies at rest have the flight of the step before.
+        let flights = flights.zip(free.iter_mut().zip(candidates.aside()));
+        let awake = flights.filter(|(_, (_, rests))| !**rests);
+        awake.for_each(|(of, (free, _))| *free = flight(of));
+    } else {
+        free.clear();
+        free.extend(flights.map(flight));
+    }
 
     let (earlier, interrupt) = (before.as_deref(), inputs.interrupt.as_deref());
     let step = Step { world, states, wrenches, free, previous, earlier, interrupt };
@@ -234,7 +256,10 @@ fn contact_step(
     }
     let solution = &mut taken.solution;
     let needs_contact = candidates.find(detection, world, states, free);
-    rest.found(candidates.contacts().len());
+    if sets_aside && candidates.touches_aside() {
+        return Ok(false);
+    }
+    rest.found(candidates.count_all());
     let infeasible_gap = |contacts: &[Contact], accepted: f64, next: &[State]| {
         let least = world.time_step() * accepted.max(rounding::residual(world, states, next));
         infeasible_gap::find(world, states, contacts, &previous.joints, least)
@@ -263,7 +288,15 @@ fn contact_step(
         }
         let (report, share) = solved?;
         let islands = solver.islands();
-        rest.keep(|body| islands.as_ref().is_some_and(|islands| islands.rested(body)));
+        let rested = |body| islands.as_ref().is_some_and(|islands| islands.rested(body));
+        if sets_aside {
+            let mut aside = candidates.aside().iter().enumerate();
+            if candidates.touches_aside() || aside.any(|(body, rests)| *rests && !rested(body)) {
+                return Ok(false);
+            }
+        } else {
+            rest.keep(rested);
+        }
         (report, share, solver.accepted_residual())
     } else {
         rest.keep(|_| false);
@@ -287,7 +320,7 @@ fn contact_step(
     let of_forces = || rounding::forces(world, &claim, solution.loads());
     let within = residual <= accepted
         || residual <= of_speeds()
-        || residual <= (of_speeds() + of_forces()).min(rounding::largest(world));
+        || !sets_aside && residual <= (of_speeds() + of_forces()).min(rounding::largest(world));
     let solved = !matches!(report.status, StepStatus::Free | StepStatus::Failed);
     if !within {
         report.status = StepStatus::Failed;
@@ -298,6 +331,7 @@ fn contact_step(
             certifier.joint_motions(),
             solution.forces(),
             accepted,
+            candidates.aside(),
         );
         taken.gain = energy_check.largest_gain();
     }
@@ -319,6 +353,23 @@ fn contact_step(
             report.status = StepStatus::Wild;
         }
     }
+    if !sets_aside {
+        candidates.remember(if is_regular(world) { rest.bodies() } else { &[] });
+    } else if report.status.is_solved() {
+        // The contacts set aside and the last forces there are in one order.
+        let rests = |force: &ContactForce| candidates.aside()[force.key.body];
+        let resting = || previous.contacts.iter().enumerate().filter(|(_, force)| rests(force));
+        let forces = resting().map(|(_, force)| force);
+        candidates.merge(forces, &mut solution.contacts, &mut spare.contacts);
+        if world.has_turning_friction() {
+            let moments = resting().filter_map(|(place, _)| previous.moments.get(place));
+            candidates.merge(moments, &mut solution.moments, &mut spare.moments);
+        }
+        candidates.put_back(&mut taken.contacts);
+    } else {
+        (taken.infeasible_gap, taken.unphysical, taken.gain) = (None, None, None);
+        return Ok(false);
+    }
     (taken.report, taken.certificate, taken.restitution_share) = (report, certificate, share);
-    Ok(())
+    Ok(true)
 }

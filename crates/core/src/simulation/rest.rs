@@ -7,9 +7,9 @@
 //! certificate are skipped.
 //!
 //! If other bodies move, the same holds for single islands. An island rests if its bodies have not
-//! moved and its contact forces were the same in the last two steps. Contacts are still detected,
-//! with cached data of pieces that have not moved. If no new contact appears, the island is neither
-//! solved nor certified again.
+//! moved and its contact forces were the same in the last two steps. If no new contact appears, the
+//! island is neither solved nor certified again. From the second step with the same islands at rest
+//! on, their contacts are [set aside](crate::contact::Candidates::aside).
 
 use super::inputs::Inputs;
 use super::instants::AddedError;

@@ -212,7 +212,8 @@ impl Failure {
         if has_failed || misplaced.is_some() {
             let forces = taken.solution.forces();
             certifier.contact_step(world, &taken.claim(), taken.solution.loads());
-            energy_check.count(world, &taken.claim(), certifier.joint_motions(), forces, 0.0);
+            let motions = certifier.joint_motions();
+            energy_check.count(world, &taken.claim(), motions, forces, 0.0, &[]);
         }
         // The certificate can reject an interval that the solver considers solved.
         let all_are = (0..bodies).all(|body| solver.is_solved(body));

@@ -259,7 +259,7 @@ impl EnergyCheck {
         let map = world.step_map();
         let motions = joints.map(|(joint, force)| joint.step_motion(ends.0, ends.1, force, &map));
         let motions: Vec<JointMotion> = motions.flatten().collect();
-        self.cause(world, claim, &motions, forces, accepted).is_some()
+        self.cause(world, claim, &motions, forces, accepted, &[]).is_some()
     }
 
     /// Largest energy that an island gains in the last counted step, if it is beyond rounding.
@@ -303,6 +303,7 @@ impl EnergyCheck {
     }
 
     /// Why the step is unphysical, if it is. The claim fits the world and has the joint motions `motions`.
+    /// The islands of bodies in `rests`, whose contacts are not in the claim, are those of the step before.
     /// The other arguments are like in [`EnergyCheck::is_unphysical`].
     pub(super) fn cause(
         &mut self,
@@ -311,8 +312,9 @@ impl EnergyCheck {
         motions: &[JointMotion],
         forces: impl IntoIterator<Item = Vector3<f64>>,
         accepted: f64,
+        rests: &[bool],
     ) -> Option<UnphysicalCause> {
-        self.count(world, claim, motions, forces, accepted);
+        self.count(world, claim, motions, forces, accepted, rests);
         let h = world.time_step();
         // Comparisons are false for NaN, which is unphysical too.
         let turns_little = |next: &State| h * next.spin.norm() <= LARGEST_TURN;
@@ -323,7 +325,7 @@ impl EnergyCheck {
         Some(UnphysicalCause::Gain { body, energy: self.budgets[body].gained })
     }
 
-    /// Computes the budgets of all islands.
+    /// Computes the budgets of all islands but those of the bodies in `rests`.
     pub(super) fn count(
         &mut self,
         world: &World,
@@ -331,9 +333,11 @@ impl EnergyCheck {
         motions: &[JointMotion],
         forces: impl IntoIterator<Item = Vector3<f64>>,
         accepted: f64,
+        rests: &[bool],
     ) {
         let h = world.time_step();
-        self.join(world, claim, forces);
+        self.join(world, claim, forces, rests);
+        let counts = |body: usize| rests.get(body) != Some(&true);
         // Adds the surface work of each body to its island.
         if world.has_surfaces() {
             for index in 0..self.budgets.len() {
@@ -345,7 +349,7 @@ impl EnergyCheck {
         let is_whole = world.span().is_none();
         let weight = world.gravity().norm();
         let slow = REST * world.speed_scale();
-        for (index, body) in world.bodies().iter().enumerate() {
+        for (index, body) in world.bodies().iter().enumerate().filter(|(index, _)| counts(*index)) {
             let budget = &mut self.budgets[self.islands.label(index)];
             let (state, next) = (&claim.states[index], &claim.next[index]);
             let [before, after] = [state, next].map(|state| kinetic_energy(world, body, state));
@@ -364,7 +368,8 @@ impl EnergyCheck {
             budget.bent = budget.bent.max(world.bent_share(index, state));
         }
         // With half kicks, the smaller gain of both lines (32) counts.
-        for budget in &mut self.budgets {
+        let budgets = self.budgets.iter_mut().enumerate().filter(|(body, _)| counts(*body));
+        for (_, budget) in budgets {
             budget.gained -= budget.mean_work.max(0.0);
             let rolled = if is_whole && !budget.is_joined { budget.rolled } else { 0.0 };
             let bent = budget.bent * budget.size + rolled.min(LARGEST_ROLL * budget.size);
@@ -372,7 +377,8 @@ impl EnergyCheck {
                 budget.gained -= budget.gained.clamp(0.0, bent);
             }
         }
-        for ((joint, force), motions) in world.joints().iter().zip(claim.joints).zip(motions) {
+        let joints = world.joints().iter().zip(claim.joints).zip(motions);
+        for ((joint, force), motions) in joints.filter(|((joint, _), _)| counts(joint.body())) {
             let work = motions.work(joint, claim.states, claim.next, force, &world.step_map());
             let work = work.unwrap_or(JointWork::UNKNOWN);
             let body = joint.body();
@@ -397,6 +403,9 @@ impl EnergyCheck {
         }
         for (gear, force) in world.gears().iter().zip(claim.gears) {
             let body = world.joints()[gear.axes()[0].joint].body();
+            if !counts(body) {
+                continue;
+            }
             let work = gear.work(world, claim.states, claim.next, claim.joints, *force);
             let budget = &mut self.budgets[self.islands.label(body)];
             budget.gained -= work.drives;
@@ -417,7 +426,7 @@ impl EnergyCheck {
             self.budgets[self.islands.label(body)].excess += load_excess(world, claim, body);
         }
         for budget in &mut self.budgets {
-            let allowed = budget.holding.min(budget.excess.max(0.0));
+            let allowed = std::mem::take(&mut budget.holding).min(budget.excess.max(0.0));
             budget.gained -= allowed;
             budget.size += allowed;
         }
@@ -459,11 +468,17 @@ impl EnergyCheck {
         world: &World,
         claim: &Claim<'_>,
         forces: impl IntoIterator<Item = Vector3<f64>>,
+        rests: &[bool],
     ) {
+        let counts = |body: usize| rests.get(body) != Some(&true);
         let pressing = |force: &Vector3<f64>| *force != Vector3::zeros();
         let bodies = claim.states.len();
-        self.budgets.clear();
+        if rests.is_empty() {
+            self.budgets.clear();
+        }
         self.budgets.resize(bodies, Budget::default());
+        let awake = self.budgets.iter_mut().zip(rests).filter(|(_, rests)| !**rests);
+        awake.for_each(|(budget, _)| *budget = Budget::default());
         // Marks the bodies of the contacts first, and combines the marks per island below.
         let h = world.time_step();
         let contacts = claim.contacts.iter().zip(forces).filter(|(_, force)| pressing(force));
@@ -488,11 +503,11 @@ impl EnergyCheck {
             &contact.key
         });
         self.islands.find(bodies, keys, world);
-        for joint in world.joints() {
+        for joint in world.joints().iter().filter(|joint| counts(joint.body())) {
             let budget = &mut self.budgets[joint.body()];
             (budget.touches, budget.bounces, budget.is_joined) = (true, true, true);
         }
-        for body in 0..bodies {
+        for body in (0..bodies).filter(|body| counts(*body)) {
             let Budget { touches, bounces, is_joined, .. } = self.budgets[body];
             let under = std::mem::take(&mut self.budgets[body].under);
             let rolled = std::mem::take(&mut self.budgets[body].rolled);

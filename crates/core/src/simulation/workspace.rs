@@ -33,6 +33,11 @@ pub(super) struct Workspace<'a> {
     pub rest: RestingBodies,
 }
 
+/// True for an interval of the usual length after others of this length.
+pub(super) fn is_regular(world: &World) -> bool {
+    world.span().is_none() && world.before().is_empty()
+}
+
 impl<'a> Workspace<'a> {
     pub fn new(motion: Motion<'a>) -> Self {
         Self {
@@ -62,6 +67,13 @@ impl<'a> Workspace<'a> {
         let Motion::Contact { solver, .. } = &mut self.motion else { return };
         let Moment { now, before, search, .. } = moment;
         self.rest.begin(now, before.as_deref(), search, solver.as_mut(), &self.wrenches);
+    }
+
+    /// Prepares to set the contacts of bodies at rest aside in an interval of `world` from `moment`. Returns true if
+    /// they are.
+    pub fn set_aside(&mut self, world: &World, moment: &Moment) -> bool {
+        let is_usual = is_regular(world) && !moment.is_infeasible && moment.failures.is_empty();
+        self.candidates.set_aside(if is_usual { self.rest.bodies() } else { &[] })
     }
 
     /// True if steps have contacts.

@@ -65,8 +65,9 @@ pub(super) struct Neighbours {
     is_known: bool,
     colliders: Colliders,
     extents: Vec<PieceExtent>,
-    /// Body of each box.
+    /// Body of each box, and true if it rested when the box was made.
     bodies: Vec<usize>,
+    rested: Vec<bool>,
     /// Poses of the bodies at `end`.
     poses: Vec<Pose>,
     spare_poses: Vec<Pose>,
@@ -111,16 +112,11 @@ pub(super) struct Neighbours {
 }
 
 impl Neighbours {
-    /// Adds the contacts of the pieces that touch with the bodies at `states`.
-    pub(super) fn touching(
-        &mut self,
-        world: &World,
-        states: &[State],
-        contacts: &mut Vec<Contact>,
-    ) {
+    /// Contacts of the pieces that touch with the bodies at `states`, and those added in the last step.
+    pub(super) fn touching(&mut self, world: &World, states: &[State]) -> [&[Contact]; 2] {
         self.missed = None;
         if !self.stand(world, states) {
-            return;
+            return [&[]; 2];
         }
         self.partners.update(world, &self.colliders, &self.memory.pairs);
         if self.memory.start != self.poses {
@@ -133,8 +129,7 @@ impl Neighbours {
             let stays = |body| is_still(PieceOwner::Body(body), before, poses);
             memory.added.retain(|contact| contact.key.bodies().all(stays));
         }
-        contacts.extend_from_slice(&self.memory.pair_contacts);
-        contacts.extend_from_slice(&self.memory.added);
+        [&self.memory.pair_contacts, &self.memory.added]
     }
 
     /// Finds the contacts of all pairs that have moved, or whose surroundings have.
@@ -524,9 +519,19 @@ impl Neighbours {
     /// Continues from `memory`, which must fit `world` ([`Memory::fits`]).
     pub(super) fn exchange_memory(&mut self, world: &World, memory: &mut Box<Memory>) {
         std::mem::swap(&mut self.memory, memory);
-        if std::mem::replace(&mut self.is_known, true) {
-            return;
+        if !std::mem::replace(&mut self.is_known, true) {
+            self.continue_from_memory(world);
         }
+    }
+
+    /// Continues from a copy of `memory`.
+    pub(super) fn rewind(&mut self, world: &World, memory: &Memory) {
+        self.memory.copy_from(memory);
+        self.continue_from_memory(world);
+    }
+
+    /// Computes all fields that depend on the memory.
+    fn continue_from_memory(&mut self, world: &World) {
         if self.memory.start.is_empty() && self.memory.end.is_empty() {
             // There was no search yet.
             self.colliders.clear();

@@ -74,6 +74,7 @@ impl Neighbours {
     /// Recomputes all data that depend on the world alone.
     pub(super) fn list_pieces(&mut self, world: &World) {
         self.partners.forget_pieces();
+        self.rested.clear();
         self.colliders = Colliders::new(world);
         let list = self.colliders.list();
         // Positions of the bodies are not used.
@@ -123,12 +124,28 @@ impl Neighbours {
     /// keep their hints.
     fn search(&mut self, world: &World) {
         self.partners.forget();
-        self.memory.boxes.clear();
-        self.memory.searched.clone_from(&self.poses);
-        for index in 0..self.bodies.len() {
-            let around = self.around(world, index, false);
-            self.memory.boxes.push(around.grown(self.margin() * self.extents[index].size));
+        if self.memory.boxes.len() != self.bodies.len() {
+            self.memory.boxes.clear();
+            self.rested.clear();
         }
+        self.rested.resize(self.bodies.len(), false);
+        for index in 0..self.bodies.len() {
+            let body = self.bodies[index];
+            let rests =
+                self.begin[body] == self.poses[body] && self.trajectories[body].angle() == 0.0;
+            // A piece that rests where it rested in the last search keeps its box.
+            let rested = std::mem::replace(&mut self.rested[index], rests);
+            if rests && rested && self.memory.searched[body] == self.poses[body] {
+                continue;
+            }
+            let around = self.around(world, index, false);
+            let grown = around.grown(self.margin() * self.extents[index].size);
+            match self.memory.boxes.get_mut(index) {
+                Some(known) => *known = grown,
+                None => self.memory.boxes.push(grown),
+            }
+        }
+        self.memory.searched.clone_from(&self.poses);
         let Self { memory, colliders, spare_pairs: spare, sweep, bodies, triangles, .. } = self;
         let Memory { boxes, pairs, start, .. } = &mut **memory;
         std::mem::swap(pairs, spare);

@@ -215,11 +215,12 @@ impl IslandPartition {
     /// Copies the last solution for islands whose bodies all rest.
     ///
     /// Their contacts must be unchanged and not from an earlier call. The flag in `rests` is
-    /// cleared for all other bodies to be solved.
+    /// cleared for all other bodies to be solved. Contacts of bodies in `aside` are left out.
     pub(super) fn keep(
         &mut self,
         step: &Step<'_>,
         contacts: StepContacts<'_>,
+        aside: &[bool],
         rests: &mut [bool],
         solution: &mut StepSolution,
     ) {
@@ -227,9 +228,9 @@ impl IslandPartition {
         if !rests.contains(&true) {
             return;
         }
-        // Bodies without an island have nothing to solve.
-        for (rests, island) in rests.iter_mut().zip(&self.islands) {
-            *rests &= *island != NONE;
+        // Bodies without an island have nothing to solve, unless their contacts are set aside.
+        for (body, (rests, island)) in rests.iter_mut().zip(&self.islands).enumerate() {
+            *rests &= *island != NONE || aside.get(body) == Some(&true);
         }
         let Self { bodies, contacts: held, joints, gears, changed, previous, .. } = self;
         let last = step.previous;

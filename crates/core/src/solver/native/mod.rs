@@ -217,10 +217,11 @@ impl NativeSolver {
     fn solve_islands(
         &mut self,
         step: &Step<'_>,
-        contacts: &[Contact],
+        candidates: &Candidates,
         is_preliminary: bool,
         solution: &mut StepSolution,
     ) -> Result<u32, Error> {
+        let contacts = candidates.contacts();
         let known = solution.contacts.len();
         solution.joints.resize(step.world.joints().len(), JointForce::none(Vector3::zeros()));
         solution.gears.resize(step.world.gears().len(), 0.0);
@@ -230,7 +231,8 @@ impl NativeSolver {
         }
         let Self { islands, rests, .. } = self;
         // Islands at rest keep their solution.
-        islands.keep(step, StepContacts { contacts, known }, rests, solution);
+        let aside = candidates.aside();
+        islands.keep(step, StepContacts { contacts, known }, aside, rests, solution);
         self.parts.assign(&self.islands, step.states.len());
         let accepted = self.accepted;
         let tolerance_factor = self.tolerance_factor();
@@ -277,7 +279,7 @@ impl NativeSolver {
         }
         // Islands with new contacts are solved until there are no further ones.
         loop {
-            let more = self.solve_islands(step, candidates.contacts(), is_preliminary, solution)?;
+            let more = self.solve_islands(step, candidates, is_preliminary, solution)?;
             iterations = iterations.saturating_add(more);
             is_preliminary = self.ends.iter().any(|end| end.is_preliminary);
             let tolerance_factor = self.tolerance_factor();
@@ -440,6 +442,8 @@ impl StepSolver for NativeSolver {
         step.check(candidates.contacts())?;
         self.accepted = self.residual * step.world.speed_scale();
         solution.set_free(step.free);
+        let aside = candidates.aside().iter().enumerate().filter(|(_, rests)| **rests);
+        aside.for_each(|(body, _)| solution.states[body] = step.states[body]);
         // Islands that were not solved immediately have reports of their own.
         self.rests.truncate(self.ends.len());
         for (rests, end) in self.rests.iter_mut().zip(&self.ends) {
