@@ -35,6 +35,7 @@
 
 mod columns;
 mod contact_runs;
+mod digits;
 mod key;
 mod named;
 mod read;
