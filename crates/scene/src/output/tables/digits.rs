@@ -13,7 +13,7 @@
 use super::ContactRow;
 use nalgebra::Vector3;
 use tumble_core::mechanics::{RigidBody, State};
-use tumble_core::world::{Impacts, World};
+use tumble_core::world::{Impacts, StickSpeed, World};
 
 /// Largest last place of a speed (m/s) in a world with a speed scale of 1.
 const SPEED: f64 = 1e-12;
@@ -31,11 +31,12 @@ pub(super) struct Digits {
 }
 
 impl Digits {
-    /// Rounding in `world`. Joints can be stiff and located impacts have short intervals, so that such
-    /// worlds have `None`.
+    /// Rounding in `world`, or `None`: joints can be stiff, located impacts have short intervals, and friction
+    /// by a table of speeds is compared exactly.
     pub fn new(world: &World) -> Option<Self> {
-        if !(world.joints().is_empty() && world.gears().is_empty())
+        if !world.joints().is_empty()
             || world.impacts() == Impacts::Located
+            || matches!(world.stick_speed(), StickSpeed::Table(_))
         {
             return None;
         }

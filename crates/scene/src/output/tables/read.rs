@@ -218,9 +218,7 @@ impl<R: Read> TablesReader<R> {
         let mut rows = Vec::new();
         for body in 0..bodies {
             let known = last.rows.get(body);
-            let has_row = known.is_none()
-                || of_bodies.next_is_of(row.index, row.interval)?
-                    && of_bodies.whole::<usize>(2)? == body;
+            let has_row = known.is_none() || next_is_of_body(of_bodies, &row, body)?;
             rows.push(match known.filter(|_| !has_row) {
                 Some(known) => *known,
                 None if has_middles => read_row(of_bodies, &row, body)?,
@@ -275,6 +273,21 @@ fn rows_of<R: Read, T: Cells>(
         rows.push(read_row(reader, step, number)?);
     }
     Ok(rows)
+}
+
+/// True if the next row is that of a body in an interval, and false if it is a later one.
+fn next_is_of_body<R: Read>(
+    reader: &mut CsvReader<R>,
+    step: &StepRow,
+    body: usize,
+) -> Result<bool, RowsError> {
+    if !reader.next_is_of(step.index, step.interval)? {
+        return Ok(false);
+    }
+    if reader.whole::<usize>(2)? < body {
+        reader.expect(2, body as u64)?;
+    }
+    Ok(reader.whole::<usize>(2)? == body)
 }
 
 /// Reads the row of the body, joint or gear `number` of an interval.
