@@ -22,7 +22,7 @@ impl PieceOwner {
     }
 }
 
-/// A collider: one piece of a body, a fixed piece of the world, or a triangle of a terrain.
+/// A collider: one piece of a body, a fixed piece of the world, or a triangle or plane of a terrain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Collider {
     pub(crate) owner: PieceOwner,
@@ -72,11 +72,11 @@ pub(crate) fn colliders_of(world: &World) -> impl Iterator<Item = Collider> + '_
     world.bodies().iter().enumerate().flat_map(of_body).chain(fixed)
 }
 
-/// Numbered colliders of a world: those of [`colliders_of`], then the triangles of the terrains.
+/// Numbered colliders of a world: those of [`colliders_of`], then the pieces of the terrains.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Colliders {
     list: Vec<Collider>,
-    /// Number of the first triangle of each terrain, and the number after the last.
+    /// Number of the first piece of each terrain, and the number after the last.
     terrains: Vec<usize>,
     /// Number of fixed pieces.
     fixed: usize,
@@ -89,7 +89,7 @@ impl Colliders {
         let mut terrains = Vec::new();
         for terrain in world.terrains() {
             terrains.push(next);
-            next += terrain.count();
+            next += terrain.piece_count();
         }
         terrains.push(next);
         Self { list, terrains, fixed: world.fixed().len() }
@@ -112,7 +112,7 @@ impl Colliders {
         &self.list
     }
 
-    /// Number of colliders, with all triangles.
+    /// Number of colliders, with all pieces of terrains.
     #[cfg(feature = "save")]
     pub(crate) fn collider_count(&self) -> usize {
         self.terrains.last().copied().unwrap_or(0)
@@ -122,7 +122,7 @@ impl Colliders {
     pub(crate) fn are_of(&self, world: &World) -> bool {
         let counts = self.terrains.windows(2).map(|two| two[1] - two[0]);
         colliders_of(world).eq(self.list.iter().copied())
-            && world.terrains().iter().map(|terrain| terrain.count()).eq(counts)
+            && world.terrains().iter().map(|terrain| terrain.piece_count()).eq(counts)
     }
 
     /// Index and first number of each terrain as a fixed collider.

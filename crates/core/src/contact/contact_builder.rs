@@ -43,7 +43,7 @@ impl ContactBuilder<'_> {
             PieceSide::B => [self.colliders[1], self.colliders[0]],
         };
         let features = PairFeatures {
-            pieces: (of_point.piece, of_plane.piece),
+            pieces: (self.named(of_point), self.named(of_plane)),
             feature: touch.feature,
             plane,
         };
@@ -89,7 +89,7 @@ impl ContactBuilder<'_> {
             (fixed @ PieceOwner::Fixed(_), PieceOwner::Body(body)) => {
                 // The fixed piece owns the point. A contact needs a point on the body. The key
                 // has vertex 0 of the body's piece, because a face touches and not a vertex.
-                let pieces = (of_plane.piece, of_point.piece);
+                let pieces = (features.pieces.1, features.pieces.0);
                 let key = ContactKey {
                     body,
                     point: self.world.bodies()[body].point_of(of_plane.piece, 0),
@@ -100,6 +100,15 @@ impl ContactBuilder<'_> {
             }
             (PieceOwner::Fixed(_), PieceOwner::Fixed(_)) => None,
         }
+    }
+
+    /// Number of a collider's piece in keys: for the plane of a patch its first triangle.
+    fn named(&self, collider: Collider) -> usize {
+        let terrain = match collider.owner {
+            PieceOwner::Fixed(index) => self.world.terrain(index),
+            PieceOwner::Body(_) => None,
+        };
+        terrain.map_or(collider.piece, |terrain| terrain.triangle_of(collider.piece))
     }
 
     /// Normal and offset (m) of the plane of a whole patch of triangles, if a vertex or an ellipsoid
@@ -132,7 +141,7 @@ impl ContactBuilder<'_> {
             body,
             point: self.corner(body, a, part_a),
             partner: b.owner.partner(),
-            pair: Some(PairFeatures { pieces: (a.piece, b.piece), ..features }),
+            pair: Some(PairFeatures { pieces: (a.piece, self.named(b)), ..features }),
         };
         let pieces = [piece(self.world, a.owner, a.piece)?, piece(self.world, b.owner, b.piece)?];
         let normal = match touch.point_of {

@@ -627,6 +627,10 @@ fn keep_one_plane(touches: &mut Vec<ManifoldPoint>, a: &Pose, b: &Pose, same: f6
     let count = |plane: &Vector3<f64>| touches.iter().filter(|touch| is_in(touch, plane)).count();
     let least = touches.iter().map(|touch| touch.gap).fold(f64::INFINITY, f64::min);
     let deepest = touches.iter().filter(|touch| touch.gap <= least + same).map(normal);
+    // No plane has more points than one with all of them.
+    if deepest.clone().next().is_some_and(|plane| count(&plane) == touches.len()) {
+        return;
+    }
     let plane = deepest
         .map(|plane| (count(&plane), plane))
         .reduce(|most, other| if other.0 > most.0 { other } else { most });

@@ -175,14 +175,23 @@ impl Partners {
     }
 
     /// Entry of the fixed piece `b` near the piece `a` of a body, if `a` has faces. A ball or a capsule touches
-    /// one or two points of a piece, and its lists cost more than they save.
+    /// one or two points of a piece, and its lists cost more than they save. None for the plane of a patch of
+    /// triangles, whose edges are far away.
     fn entry_with_faces(&self, world: &World, [a, b]: [usize; 2]) -> Option<usize> {
         let [own, other] = [a, b].map(|number| self.colliders.at(number));
-        let (PieceOwner::Body(body), PieceOwner::Fixed(_)) = (own.owner, other.owner) else {
+        let (PieceOwner::Body(body), PieceOwner::Fixed(index)) = (own.owner, other.owner) else {
             return None;
         };
+        if world.terrain(index).is_some_and(|terrain| terrain.is_plane(other.piece)) {
+            return None;
+        }
         let has_faces = !world.bodies()[body].pieces()[own.piece].core().faces().is_empty();
         has_faces.then(|| self.entry([a, b])).flatten()
+    }
+
+    /// True if the collider `b` is near the piece `a` of a body.
+    pub(super) fn are_near(&self, pair: [usize; 2]) -> bool {
+        self.entry(pair).is_some()
     }
 
     /// Entry in `list` of the collider `b` near the piece `a` of a body.

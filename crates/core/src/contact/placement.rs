@@ -315,6 +315,9 @@ impl PlacementCheck<'_> {
         if !self.is_on_terrain(contact) {
             return named;
         }
+        if let Some(plane) = self.plane_of_patch(number, b) {
+            return [named[0], plane];
+        }
         let [body, still] = [a, b.1].map(|collider| placed(self.world, poses, collider));
         let (normal, point) = touching_point(contact, body.1, still.1);
         let on_plane = -extent(body, &-normal) - contact.gap_at(body.1, None);
@@ -338,6 +341,14 @@ impl PlacementCheck<'_> {
             }
         });
         [named[0], nearest]
+    }
+
+    /// The plane of the patch of the triangle `b`, if the piece `a` of a body touches it instead of triangles.
+    fn plane_of_patch(&self, a: usize, b: (usize, Collider)) -> Option<(usize, Collider)> {
+        let PieceOwner::Fixed(index) = b.1.owner else { return None };
+        let piece = self.world.terrain(index)?.plane(b.1.piece);
+        let number = b.0 + piece - b.1.piece;
+        self.partners.are_near([a, number]).then_some((number, Collider { piece, ..b.1 }))
     }
 
     fn is_on_terrain(&self, contact: &Contact) -> bool {

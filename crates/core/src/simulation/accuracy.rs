@@ -356,12 +356,14 @@ impl InstantRise {
             let mut energies =
                 [start, end].map(|state| energy::body_at_instant(world, body, state));
             let middle = &taken.states[index];
-            let starts = world.before().get(index) == Some(&0.0);
-            if starts || start.velocity == middle.velocity && start.spin == middle.spin {
+            let starts = world.before().get(index) == Some(&0.0)
+                || start.velocity == middle.velocity && start.spin == middle.spin;
+            // A motion without contacts may leave no states of free flight.
+            if let Some(free) = free.get(index).filter(|_| starts) {
                 let share = 1.0 - 0.5 / world.kick(index);
                 let whole = State {
-                    velocity: middle.velocity + share * (free[index].velocity - middle.velocity),
-                    spin: middle.spin + share * (free[index].spin - middle.spin),
+                    velocity: middle.velocity + share * (free.velocity - middle.velocity),
+                    spin: middle.spin + share * (free.spin - middle.spin),
                     ..*start
                 };
                 energies[0] = energies[0].max(energy::body_at_instant(world, body, &whole));
@@ -411,7 +413,7 @@ fn settle_instants(
         for (body, _) in held.iter().enumerate().filter(|(_, held)| **held) {
             let end = &taken.solution.states[body];
             let share = if has_kick { 0.5 / world.kick(body) } else { 0.0 };
-            let free = &workspace.free[body];
+            let Some(free) = workspace.free.get(body) else { continue };
             let start = &taken.states[body];
             taken.extrapolated[body] = false;
             taken.ends[body].velocity = end.velocity + share * (free.velocity - start.velocity);

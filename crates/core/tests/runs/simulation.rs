@@ -179,6 +179,18 @@ fn solution_of_wrong_size_is_an_error() {
     }
 }
 
+/// Runge–Kutta steps of a world that is divided at impacts need nothing of a contact step before.
+#[test]
+fn a_floating_motion_swapped_in_takes_the_first_step_of_a_divided_run() {
+    let world = cube_world(SOLID).with_integrator(Integrator::Leapfrog);
+    let world = world.with_impacts(tumble_core::world::Impacts::Located);
+    let mut simulation = native(&world, thrown(42));
+    simulation.swap_motion(&mut Motion::Floating);
+    let mut record = StepRecord::new();
+    simulation.step(&mut record).unwrap();
+    assert_eq!(record.status(), StepStatus::Free);
+}
+
 #[test]
 fn a_motion_swapped_in_takes_the_next_steps() {
     let world = cube_world(SOLID);

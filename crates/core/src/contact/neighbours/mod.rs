@@ -82,6 +82,8 @@ pub(super) struct Neighbours {
     /// Index of each moved pair, and its range in `moved`.
     moved_pairs: Vec<(usize, Range<usize>)>,
     spare_pairs: Vec<Neighbour>,
+    /// Triangles of a terrain near a piece.
+    triangles: Vec<usize>,
     /// Poses of two bodies at their collision within the step.
     between: Vec<Pose>,
     /// Pairs that collide within the step.

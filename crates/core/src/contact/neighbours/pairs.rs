@@ -3,7 +3,7 @@
 use super::Neighbours;
 use crate::contact::Partner;
 use crate::contact::collider::{Colliders, PieceExtent, PieceOwner, placed};
-use crate::contact::memory::{Clearance, Memory, Neighbour};
+use crate::contact::memory::{Clearance, Memory, NOWHERE, Neighbour};
 use crate::geometry::{Aabb, Hint, bulge};
 use crate::world::World;
 
@@ -129,8 +129,8 @@ impl Neighbours {
             let around = self.around(world, index, false);
             self.memory.boxes.push(around.grown(self.margin() * self.extents[index].size));
         }
-        let Self { memory, colliders, spare_pairs: spare, sweep, .. } = self;
-        let Memory { boxes, pairs, .. } = &mut **memory;
+        let Self { memory, colliders, spare_pairs: spare, sweep, bodies, triangles, .. } = self;
+        let Memory { boxes, pairs, start, .. } = &mut **memory;
         std::mem::swap(pairs, spare);
         pairs.clear();
         let may_touch = |i, j| may_meet(world, colliders.at(i).owner, colliders.at(j).owner);
@@ -143,8 +143,17 @@ impl Neighbours {
                 if pairs.len() < MOST_PAIRS
                     && may_meet(world, colliders.at(i).owner, PieceOwner::Fixed(fixed))
                 {
-                    let add = |triangle| pairs.push(known_or_new(spare, [i, first + triangle]));
-                    terrain.visit(around, add);
+                    terrain.visit_pieces(around, triangles, |piece| {
+                        let pair = [i, first + piece];
+                        // A plane that replaces triangles, or is replaced, takes no contacts over.
+                        let plane = [i, first + terrain.plane(terrain.triangle_of(piece))];
+                        if place_of(spare, plane).is_ok() != terrain.is_plane(piece)
+                            && let Some(pose) = start.get_mut(bodies[i])
+                        {
+                            *pose = NOWHERE;
+                        }
+                        pairs.push(known_or_new(spare, pair));
+                    });
                 }
             }
         }
@@ -154,10 +163,14 @@ impl Neighbours {
     }
 }
 
+/// Place of the pair of `colliders` among sorted pairs, or the place where it would be.
+fn place_of(pairs: &[Neighbour], colliders: [usize; 2]) -> Result<usize, usize> {
+    pairs.binary_search_by(|pair| pair.colliders.cmp(&colliders))
+}
+
 /// The pair of `colliders` among sorted pairs, or a new one.
 fn known_or_new(pairs: &[Neighbour], colliders: [usize; 2]) -> Neighbour {
-    let known = pairs.binary_search_by(|pair| pair.colliders.cmp(&colliders));
-    known.map_or_else(
+    place_of(pairs, colliders).map_or_else(
         |_| Neighbour {
             colliders,
             hint: Hint::default(),

@@ -3,6 +3,9 @@
 //! A terrain is touched from both sides. Each triangle is a flat convex [`Piece`]. Pieces of triangles
 //! are made when a body comes near, and kept. A grid finds the triangles in a box by their place, a mesh
 //! by a tree of boxes.
+//!
+//! Pieces are numbered: first the triangles, then the planes of their patches. A piece of a body that is over
+//! the inside of a patch touches its plane, as large as the terrain, instead of many triangles.
 
 mod cache;
 mod grid;
@@ -17,6 +20,11 @@ use super::{Aabb, Piece};
 use crate::error::Error;
 use cache::Cache;
 use nalgebra::{Matrix3, Vector3};
+
+/// Distance of the corners of a plane's facet from its centre, over the diagonal of the terrain.
+const CORNER: f64 = 4.0;
+/// Distance of a point outside a triangle up to which it is on its border, over the length of the side.
+const ON_BORDER: f64 = 1e-9;
 
 /// A fixed surface of triangles (m, world). They are numbered from 0.
 #[derive(Debug)]
@@ -53,7 +61,8 @@ impl From<TerrainShape> for Terrain {
             TerrainShape::Field(field) => field.count(),
             TerrainShape::Mesh(mesh) => mesh.triangles().len(),
         };
-        let mut terrain = Self { shape, bounds, pieces: Cache::new(count), patches: Vec::new() };
+        let mut terrain =
+            Self { shape, bounds, pieces: Cache::new(2 * count), patches: Vec::new() };
         let corners = |triangle| terrain.corners(triangle);
         let beside = |triangle, visit: &mut dyn FnMut(usize)| terrain.each_beside(triangle, visit);
         terrain.patches = patches::patches(count, corners, beside);
@@ -81,6 +90,11 @@ impl Terrain {
 
     /// Number of triangles.
     pub fn count(&self) -> usize {
+        self.pieces.count() / 2
+    }
+
+    /// Number of pieces: triangles, and planes with the numbers of the patches' first triangles after them.
+    pub(crate) fn piece_count(&self) -> usize {
         self.pieces.count()
     }
 
@@ -97,9 +111,24 @@ impl Terrain {
         self.vertices(triangle).map(|vertex| self.vertex(vertex))
     }
 
-    /// Piece of a triangle; `None` if there is no such triangle.
-    pub fn piece(&self, triangle: usize) -> Option<&Piece> {
-        self.pieces.get(triangle, || self.make(triangle).ok())
+    /// Piece of a triangle, or of the plane of a patch; `None` if there is none.
+    pub fn piece(&self, number: usize) -> Option<&Piece> {
+        self.pieces.get(number, || self.make(number).ok())
+    }
+
+    /// Triangle of a piece: for a plane the first one of the patch.
+    pub(crate) fn triangle_of(&self, piece: usize) -> usize {
+        if self.is_plane(piece) { piece - self.count() } else { piece }
+    }
+
+    /// True if a piece is the plane of a patch.
+    pub(crate) fn is_plane(&self, piece: usize) -> bool {
+        piece >= self.count()
+    }
+
+    /// Number of the plane of the patch with `triangle`.
+    pub(crate) fn plane(&self, triangle: usize) -> usize {
+        self.count() + self.patch(triangle)
     }
 
     /// First triangle of the patch of `triangle`: of the connected triangles in its plane.
@@ -107,12 +136,78 @@ impl Terrain {
         self.patches.get(triangle).map_or(triangle, |first| *first as usize)
     }
 
-    fn make(&self, triangle: usize) -> Result<Piece, Error> {
-        Ok(Piece::from_core(facet(self.corners(triangle))?, 0.0))
+    fn make(&self, number: usize) -> Result<Piece, Error> {
+        let [a, b, c] = self.corners(self.triangle_of(number));
+        if !self.is_plane(number) {
+            return Ok(Piece::from_core(facet([a, b, c])?, 0.0));
+        }
+        // An equilateral triangle around the terrain. Its incircle has half the radius of its corners.
+        let (u, normal) = ((b - a).normalize(), (b - a).cross(&(c - a)).normalize());
+        let centre = 0.5 * (self.bounds.low + self.bounds.high);
+        let centre = centre - normal * normal.dot(&(centre - a));
+        let far = CORNER * (self.bounds.high - self.bounds.low).norm();
+        let (along, across) = (far * u, far * 0.75_f64.sqrt() * normal.cross(&u));
+        let corners = [along, across - 0.5 * along, -across - 0.5 * along];
+        Ok(Piece::from_core(facet(corners.map(|corner| centre + corner))?, 0.0))
     }
 
-    /// Calls `visit` on the triangles that may meet the box `around` (m): on those whose boxes meet it,
-    /// and on some beside them. The order depends on the terrain alone.
+    /// Calls `visit` on the pieces that a convex body in the box `around` (m) may touch: the triangles as in
+    /// [`Terrain::visit`], or the plane of their patch. `near` is a workspace.
+    ///
+    /// A plane cuts the box in a convex region R. The plane counts if no triangle of its patch in the box is
+    /// at the patch's border, and if a point of R is in the patch: R has no border in it, so the
+    /// patch covers R.
+    pub(crate) fn visit_pieces(
+        &self,
+        around: &Aabb,
+        near: &mut Vec<usize>,
+        mut visit: impl FnMut(usize),
+    ) {
+        if self.patches.is_empty() {
+            self.visit(around, visit);
+            return;
+        }
+        near.clear();
+        self.visit(around, |triangle| near.push(triangle));
+        near.sort_unstable_by_key(|triangle| (self.patch(*triangle), *triangle));
+        for patch in near.chunk_by(|one, other| self.patch(*one) == self.patch(*other)) {
+            if self.covers(patch, around) {
+                visit(self.plane(patch[0]));
+            } else {
+                patch.iter().for_each(|triangle| visit(*triangle));
+            }
+        }
+    }
+
+    /// True if the patch of the triangles `near`, all of it in the box `around` (m), covers the cut of its plane
+    /// with the box.
+    fn covers(&self, near: &[usize], around: &Aabb) -> bool {
+        let is_inside = |triangle: &usize| {
+            let mut beside = 0;
+            self.each_beside(*triangle, &mut |other| {
+                beside += usize::from(self.patch(other) == self.patch(*triangle));
+            });
+            beside == 3
+        };
+        if !near.iter().all(is_inside) {
+            return false;
+        }
+        let [a, b, c] = self.corners(self.patch(near[0]));
+        let normal = (b - a).cross(&(c - a)).normalize();
+        let centre = 0.5 * (around.low + around.high);
+        let foot = centre - normal * normal.dot(&(centre - a));
+        let is_over = |triangle: &usize| {
+            let [a, b, c] = self.corners(*triangle);
+            [(a, b), (b, c), (c, a)].iter().all(|(from, to)| {
+                let side = to - from;
+                normal.dot(&side.cross(&(foot - from))) >= -ON_BORDER * side.norm_squared()
+            })
+        };
+        around.meets(&Aabb { low: foot, high: foot }) && near.iter().any(is_over)
+    }
+
+    /// Calls `visit` on the triangles that may meet the box `around` (m): on those whose boxes meet it.
+    /// The order depends on the terrain alone.
     pub fn visit(&self, around: &Aabb, mut visit: impl FnMut(usize)) {
         if !around.meets(&self.bounds) {
             return;
@@ -121,16 +216,17 @@ impl Terrain {
             low: around.low.sup(&self.bounds.low),
             high: around.high.inf(&self.bounds.high),
         };
+        let mut visit_near = |triangle: usize| {
+            if self.box_of(triangle).meets(around) {
+                visit(triangle);
+            }
+        };
         match &self.shape {
-            TerrainShape::Field(field) => field.visit(around, &mut visit),
+            TerrainShape::Field(field) => field.visit(around, &mut visit_near),
             TerrainShape::Mesh(mesh) => mesh.visit(
                 &mut (),
                 |(), bounds| around.meets(bounds),
-                |(), triangle| {
-                    if self.box_of(triangle).meets(around) {
-                        visit(triangle);
-                    }
-                },
+                |(), triangle| visit_near(triangle),
             ),
         }
     }
@@ -240,3 +336,7 @@ pub(super) fn check_placement(
     all_in_range("position of the terrain (m)", translation, -1e4, 1e4, "-1e4 to 1e4")?;
     Ok(())
 }
+
+#[cfg(test)]
+#[path = "tests/mod.rs"]
+mod tests;

@@ -107,6 +107,38 @@ fn bodies_fall_on_seams_as_on_one_slab() {
     }
 }
 
+/// Boxes that slid to a place near the border of a field lie still there when another body moves: with it all
+/// pieces near each body are searched, and triangles take the place of a plane or the other way round.
+#[test]
+fn boxes_near_a_border_lie_still_beside_one_that_moves() {
+    const COUNT: usize = 24;
+    let piece = Piece::cuboid(V::new(0.03, 0.03, 0.03)).unwrap();
+    let bodies = vec![body(piece); COUNT + 1];
+    let world =
+        Parameters { ground: None, friction: 0.2, time_step: 0.005, ..Parameters::new(bodies) };
+    let world = on_terrain(&euler(world), level_field(20, 0.1));
+    let mut start: Vec<_> = (0..COUNT)
+        .map(|k| {
+            at([0.8 + 0.004 * k as f64, 0.07 * k as f64 - 0.85, 0.03], [0.3, 0.0, 0.0], [0.0; 3])
+        })
+        .collect();
+    start.push(at([-0.9, 0.9, 0.03], [0.0; 3], [0.0; 3]));
+    let mut run = Simulation::new(world.clone(), start, Motion::native(&world)).unwrap();
+    let mut record = StepRecord::new();
+    for step in 0..150 {
+        if step == 60 {
+            let push = Wrench { force: V::new(8.0, 0.0, 0.0), torque: V::zeros() };
+            run.set_wrench(COUNT, push).unwrap();
+        }
+        run.step(&mut record).unwrap();
+        for (index, state) in record.next_states()[..COUNT].iter().enumerate() {
+            let off = (state.position.z - 0.03).abs();
+            assert!(off <= 1e-9, "step {step}, box {index}: {off:e} m");
+        }
+    }
+    assert!(record.next_states()[COUNT].position.x > -0.4);
+}
+
 /// Ten thousand seams: a ball, a box and a capsule on 5000 cells of 0.1 m.
 #[test]
 #[ignore = "campaign: some minutes"]
