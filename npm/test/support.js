@@ -26,7 +26,7 @@ export function tables(name, steps) {
   const out = mkdtempSync(join(tmpdir(), "tumble-npm-"));
   try {
     const file = join(ROOT, "scenarios", `${name}.toml`);
-    execFileSync(tumble, ["run", file, "--steps", String(steps + 1), "--quiet", "--out", join(out, "run")]);
+    execFileSync(tumble, ["run", file, "--steps", String(steps + 1), "--exact", "--quiet", "--out", join(out, "run")]);
     const table = (of) => rows(join(out, "run", `${of}.csv`));
     return { states: table("states"), contacts: table("contacts"), steps: table("steps") };
   } finally {

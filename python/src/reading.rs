@@ -73,13 +73,13 @@ pub fn from_tables(
 }
 
 /// Number of rows of the first interval in a table of bodies, joints or gears: their numbers in the third
-/// column begin anew with the next one.
+/// column rise up to the next one.
 fn rows_of_a_step(table: &[u8]) -> usize {
-    let mut numbers = table
-        .split(|byte| *byte == b'\n')
-        .skip(1)
-        .map(|line| line.split(|byte| *byte == b',').nth(2).unwrap_or_default());
-    let first = numbers.next().filter(|number| !number.is_empty());
-    let is_later = |first: &[u8], number: &&[u8]| !number.is_empty() && *number != first;
-    first.map_or(0, |first| 1 + numbers.take_while(|number| is_later(first, number)).count())
+    let numbers = table.split(|byte| *byte == b'\n').skip(1).map_while(|line| {
+        let number = line.split(|byte| *byte == b',').nth(2)?;
+        str::from_utf8(number).ok()?.parse::<usize>().ok()
+    });
+    let mut last = None;
+    let rises = |number: &usize| last.replace(*number).is_none_or(|last| last < *number);
+    numbers.take_while(rises).count()
 }

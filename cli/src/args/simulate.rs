@@ -138,6 +138,9 @@ pub struct OutputArgs {
     /// Also write contacts without force. `tumble verify` searches them from the states.
     #[arg(long)]
     pub all_contacts: bool,
+    /// Write numbers with all digits, and also rows of bodies whose state has not changed.
+    #[arg(long)]
+    pub exact: bool,
     /// Compress the tables by gzip (states.csv.gz). Every command reads them, and pandas too.
     #[arg(long)]
     pub compact: bool,
@@ -199,14 +202,22 @@ impl SimulateArgs {
         let every =
             output.every.unwrap_or(1).saturating_mul(self.setup.solver.substeps.unwrap_or(1));
         let form = if output.compact { TableForm::Gzip } else { TableForm::Csv };
-        RowSelection::new(every, output.tables.as_deref(), !output.all_contacts, form)
+        let tables = output.tables.as_deref();
+        let mut selection = RowSelection::new(every, tables, !output.all_contacts, form);
+        selection.exact = output.exact;
+        selection
     }
 
     /// Names of the settings flags that are set.
     pub fn given(&self) -> Vec<&'static str> {
-        let OutputArgs { every, tables, all_contacts, compact, .. } = &self.output;
-        let rows = [("every", every.is_some()), ("tables", tables.is_some())];
-        let flags = [&rows[..], &[("all-contacts", *all_contacts), ("compact", *compact)]].concat();
+        let OutputArgs { every, tables, all_contacts, exact, compact, .. } = &self.output;
+        let flags = [
+            ("every", every.is_some()),
+            ("tables", tables.is_some()),
+            ("all-contacts", *all_contacts),
+            ("exact", *exact),
+            ("compact", *compact),
+        ];
         [self.setup.given(), names_of_set(&flags)].concat()
     }
 }

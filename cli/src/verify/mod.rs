@@ -89,7 +89,7 @@ pub fn run(args: &VerifyArgs) -> Result<Outcome, Failure> {
                 verified.differs = Some(judge::OTHER_INSTANTS.to_owned());
             }
             let is_located = world.impacts() == Impacts::Located;
-            follows = !is_next || is_located || instants_follow(previous, &rows);
+            follows = !is_next || is_located || instants_follow(&judge, previous, &rows);
             if verified.differs.is_none() && is_next && !starts_at_end(&judge, previous, &rows) {
                 let what = "the states after it differ from the next row";
                 verified.differs = Some(what.to_owned());
@@ -130,7 +130,8 @@ fn starts_at_end(judge: &StepJudge, previous: &IntervalRows, next: &IntervalRows
         let instant = &next.instants[body];
         let [velocity, spin] = judge.late_halves(previous)[body];
         let off = [state.velocity - instant.velocity - velocity, state.spin - instant.spin - spin];
-        let rounding = 8.0 * f64::EPSILON * state.velocity.amax().max(state.spin.amax());
+        let largest = state.velocity.amax().max(state.spin.amax());
+        let rounding = 8.0 * f64::EPSILON * largest + judge.lost_of_velocities();
         state == instant || off.iter().all(|off| off.amax() <= rounding)
     };
     let mut bodies = ends.iter().zip(&next.states).enumerate();
@@ -143,7 +144,7 @@ fn starts_at_end(judge: &StepJudge, previous: &IntervalRows, next: &IntervalRows
 
 /// True if the velocities of the instant in `next` follow from the interval before (eq. 37a): extrapolated,
 /// or those of the middle.
-fn instants_follow(previous: &IntervalRows, next: &IntervalRows) -> bool {
+fn instants_follow(judge: &StepJudge, previous: &IntervalRows, next: &IntervalRows) -> bool {
     let bodies = previous.states.iter().zip(&next.states).zip(&next.instants).enumerate();
     bodies.into_iter().all(|(body, ((before, after), instant))| {
         let share = 0.5 / previous.kick(body, None);
@@ -153,7 +154,8 @@ fn instants_follow(previous: &IntervalRows, next: &IntervalRows) -> bool {
             (linear - instant.velocity).amax().max((angular - instant.spin).amax())
         };
         let largest = after.velocity.amax().max(before.velocity.amax());
-        let rounding = 8.0 * f64::EPSILON * largest.max(after.spin.amax()).max(before.spin.amax());
+        let largest = largest.max(after.spin.amax()).max(before.spin.amax());
+        let rounding = 8.0 * f64::EPSILON * largest + judge.lost_of_velocities();
         let is_moved = after.pose() == instant.pose();
         is_moved && (differs(share) <= rounding || differs(0.0) <= rounding)
     })

@@ -46,7 +46,7 @@ coefficient = 20.0
 
 #[test]
 fn pulls_are_in_the_table_and_verify() {
-    let (end, directory) = run_scenario(SCENE, &[]);
+    let (end, directory) = run_scenario(SCENE, &["--exact"]);
     assert_eq!(end.code, Some(0), "{end:?}");
     let out = directory.path().join("out");
     let states = Table::parse(&fs::read_to_string(out.join("states.csv")).unwrap());

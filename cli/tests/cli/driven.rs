@@ -37,7 +37,7 @@ fn simulated_text(text: &str, more: &[&str]) -> Simulated {
 /// The tray and the pusher follow the linear interpolation of their knots to rounding.
 #[test]
 fn belt_accelerates_a_parcel_and_tray_follows_its_motion() {
-    let done = scene("tray-and-conveyor", &[]);
+    let done = scene("tray-and-conveyor", &["--exact"]);
     assert_eq!(done.run_json()["summary"]["failed"], 0);
     verified(&done);
     let parcel = body(&done, 3);

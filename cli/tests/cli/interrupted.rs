@@ -344,7 +344,7 @@ fn record_writes_every_step_and_ends_with_code_3() {
 fn stop_ends_the_file_before_the_first_step_that_failed() {
     // The first step of the failing run may fail. The start is then the only row.
     for args in [HASTY.as_slice(), &FAILING_RUN] {
-        let with = |choice| simulate(&[args, &["--on-failure", choice]].concat());
+        let with = |choice| simulate(&[args, &["--exact", "--on-failure", choice]].concat());
         let (recorded, stopped) = (with("record"), with("stop"));
         let failed = rows(&recorded).iter().position(|row| row.row.status == StepStatus::Failed);
         let first = failed.expect("a step that fails");

@@ -2,7 +2,7 @@
 //! fallbacks and failures, and refusals.
 
 use super::scenes::table;
-use super::support::{Simulated, everything_in, run, simulate};
+use super::support::{Simulated, Table, everything_in, run, simulate};
 use std::fs;
 
 /// Scene with a box at rest.
@@ -42,12 +42,8 @@ fn scene(text: &str, flags: &[&str]) -> Simulated {
 /// Largest difference between two runs in the given columns of the last states.
 fn apart(one: &Simulated, other: &Simulated, columns: [&str; 3]) -> f64 {
     let [one, other] = [one, other].map(|done| table(done, "states"));
-    let differences = columns.into_iter().flat_map(|name| {
-        let (a, b) = (one.numbers(name), other.numbers(name));
-        assert_eq!(a.len(), b.len());
-        let last = a.len() - 1..a.len();
-        last.map(move |row| (a[row] - b[row]).abs()).collect::<Vec<_>>()
-    });
+    let last = |table: &Table, name: &str| *table.numbers(name).last().unwrap();
+    let differences = columns.into_iter().map(|name| (last(&one, name) - last(&other, name)).abs());
     differences.fold(0.0, f64::max)
 }
 

@@ -100,7 +100,7 @@ coefficient = 0.0
 
 #[test]
 fn pairs_bounce_by_their_own_coefficients() {
-    let (end, directory) = run_scenario(SCENE, &[]);
+    let (end, directory) = run_scenario(SCENE, &["--exact"]);
     assert_eq!(end.code, Some(0), "{end:?}");
     let out = directory.path().join("out");
     let states = Table::parse(&fs::read_to_string(out.join("states.csv")).unwrap());

@@ -157,7 +157,7 @@ fn selected_rows_verify_alone() {
     let runs = Runs::new();
     for name in ["four-bar", "marbles"] {
         let scene = scenario(name);
-        let scene = [&scene, "--steps", "120"];
+        let scene = [&scene, "--exact", "--steps", "120"];
         runs.run("all", &scene);
         runs.run("some", &[&scene[..], &["--every", "7"]].concat());
         let states = runs.text("some", "states.csv");

@@ -141,7 +141,7 @@ fn a_slope_far_from_the_origin_verifies() {
 /// Rounding of the change of frame does not excuse unphysical positions.
 #[test]
 fn position_out_of_range_fails_verify_on_a_slope() {
-    let (end, directory) = run_scenario(BLOCK, &["--solver", "native", "--steps", "20"]);
+    let (end, directory) = run_scenario(BLOCK, &["--exact", "--solver", "native", "--steps", "20"]);
     assert_eq!(end.code, Some(0), "{end:?}");
     unseal(&directory.path().join("out/run.json"));
     let path = directory.path().join("out/states.csv");

@@ -251,6 +251,26 @@ impl Table {
         Self { rows, ..self }
     }
 
+    /// The table `states` with a row for each body and step, also of unchanged states.
+    pub fn of_each_body(self, bodies: usize) -> Self {
+        let whole = |row: &[String], column: usize| row[column].parse::<usize>().unwrap();
+        let interval = self.column("interval");
+        let mut rows: Vec<Vec<String>> = Vec::new();
+        for row in &self.rows {
+            // Only whole steps lack rows.
+            while whole(row, interval) == 0 && rows.len() >= bodies {
+                let mut next = rows[rows.len() - bodies].clone();
+                next[0] = (whole(&next, 0) + 1).to_string();
+                if [0, 2].map(|column| whole(row, column) == whole(&next, column)) == [true; 2] {
+                    break;
+                }
+                rows.push(next);
+            }
+            rows.push(row.clone());
+        }
+        Self { rows, ..self }
+    }
+
     pub fn text(&self) -> String {
         let lines = std::iter::once(&self.header).chain(&self.rows);
         lines.map(|fields| fields.join(",") + "\n").collect()

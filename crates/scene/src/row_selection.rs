@@ -19,6 +19,9 @@ pub struct RowSelection {
     /// Format of the files.
     #[serde(default)]
     pub form: TableForm,
+    /// True if numbers have all digits, and unchanged states their rows.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub exact: bool,
 }
 
 /// Format of the files with rows.
@@ -34,7 +37,7 @@ pub enum TableForm {
 
 impl Default for RowSelection {
     fn default() -> Self {
-        Self { every: 1, tables: None, loaded_contacts: false, form: TableForm::Csv }
+        Self { every: 1, tables: None, loaded_contacts: false, form: TableForm::Csv, exact: false }
     }
 }
 
@@ -51,7 +54,7 @@ impl RowSelection {
         form: TableForm,
     ) -> Self {
         let names = |tables: &[Table]| tables.iter().map(|table| table.name().to_owned()).collect();
-        Self { every, tables: tables.map(names), loaded_contacts, form }
+        Self { every, tables: tables.map(names), loaded_contacts, form, exact: false }
     }
 
     /// True if all rows are written as CSV.

@@ -39,7 +39,8 @@ const RELATIVE_TOLERANCE: f64 = 1e-9;
 const OVERLAP_FOUND_TO: f64 = 1e-7;
 
 /// Difference of a residual from its column that changes no verdict, a hundredth of the limit of the
-/// native solver (m/s, times the speed scale). Points on cones are known to 10⁻¹² of their size.
+/// native solver (m/s, times the speed scale). Numbers of tables are rounded to a tenth of it
+/// (`output/tables/digits.rs` of the scene's crate), and points on cones are known to 10⁻¹² of their size.
 const NEGLIGIBLE: f64 = 1e-11;
 
 /// Rounding error of a sum of some products, relative to the largest of them.
@@ -194,7 +195,8 @@ impl StepJudge {
             (self.lost(contacts, states, next) + of_forces).min(rounding::largest(&self.world));
         let makes_energy = self.makes_energy(&judged);
         let status = self.another_status(&judged, lost, makes_energy);
-        let (differs, overlap) = self.compare(&judged, &certificate, lost);
+        let negligible = self.negligible();
+        let (differs, overlap) = self.compare(&judged, &certificate, lost + negligible);
         let differs = differs.or(status);
         self.angles = joints.iter().map(|joint| joint.angles).collect();
         let is_retry = self.world.span().is_some_and(|span| span.is_retry);
@@ -204,7 +206,7 @@ impl StepJudge {
             row.status == StepStatus::Free && loads.iter().all(|load| load.force.amax() == 0.0);
         let accepted = if flies { 0.0 } else { self.accepted };
         // NaN is never within a limit.
-        let is_exact = residual <= accepted.max(lost);
+        let is_exact = residual <= accepted.max(lost) + negligible;
         Verified {
             index: row.index,
             is_first: row.interval == 0,
@@ -215,6 +217,16 @@ impl StepJudge {
             inexact: !is_exact,
             overlap,
         }
+    }
+
+    /// Speed whose loss changes no verdict (m/s).
+    pub fn negligible(&self) -> f64 {
+        NEGLIGIBLE * self.world.speed_scale()
+    }
+
+    /// Rounding error of velocities (m/s) and spins (rad/s) of tables.
+    pub fn lost_of_velocities(&self) -> f64 {
+        self.negligible() * (1.0 / self.world.reach()).max(1.0)
     }
 
     /// Verifies the last state: its energy, and that its row has no step. `follows` is true if its
@@ -276,8 +288,7 @@ impl StepJudge {
         if self.has_another_rebound(judged) {
             differ("a contact rebounds differently from the restitution law".to_owned());
         }
-        let negligible = NEGLIGIBLE * self.world.speed_scale();
-        let lost = slip_lost + self.lost_of_forces(judged) + negligible;
+        let lost = slip_lost + self.lost_of_forces(judged);
         let h = self.world.time_step();
         if !is_near(h, row.length, 0.0) {
             differ(format!("its length in the table is {} s, not {h} s", row.length));
@@ -430,7 +441,7 @@ impl StepJudge {
             return share != 1.0 || contacts.iter().any(Contact::bounces);
         }
         let free = self.free_flight(states, wrenches);
-        let rounding = self.lost(contacts, states, &free);
+        let rounding = self.lost(contacts, states, &free) + self.negligible();
         let range =
             |contact: &Contact| [share, 1.0].map(|s| contact.rebound_of(world, states, &free, s));
         let mut pushed = vec![0.0; states.len()];

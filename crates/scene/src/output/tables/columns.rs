@@ -95,6 +95,11 @@ pub(super) struct StateRow {
 }
 
 impl StateRow {
+    /// Row of a run without middle velocities.
+    pub fn without_middle(state: State) -> Self {
+        Self { instant: state, middle: [state.velocity, state.spin], before: 0.0 }
+    }
+
     /// State with the middle velocities.
     pub fn at_the_middle(&self) -> State {
         let [velocity, spin] = self.middle;

@@ -12,7 +12,7 @@ use crate::output::rows::RowWriter;
 use serde::{Deserialize, Serialize};
 use std::io::{self, Read, Write};
 
-/// Largest number of steps of a run. With more, the table would shrink by less than a thirtieth.
+/// Largest number of steps of a run. With more, the writer would hold back more rows.
 const LONGEST: u32 = 32;
 
 /// A row of a contact, and the steps in which it holds.
@@ -36,11 +36,11 @@ pub struct OpenRuns {
 impl OpenRuns {
     /// Adds the `rows` of the interval of `step`, which is a whole step if `is_whole`. Writes the runs
     /// before them to `table`, without the `missing` last columns, once none of them goes on.
-    pub fn add<'a, W: Write>(
+    pub fn add<W: Write>(
         &mut self,
         step: &StepRow,
         is_whole: bool,
-        rows: impl Iterator<Item = &'a ContactRow>,
+        rows: impl Iterator<Item = ContactRow>,
         table: &mut RowWriter<W>,
         missing: usize,
     ) -> io::Result<()> {
@@ -53,15 +53,14 @@ impl OpenRuns {
         for row in rows {
             let is_earlier = |place: &usize| self.runs[*place].row.index < row.index;
             while before.next_if(is_earlier).is_some() {}
-            let place = match before.next_if(|place| is_same(&self.runs[*place].row, row)) {
+            let place = match before.next_if(|place| is_same(&self.runs[*place].row, &row)) {
                 Some(place) => {
                     self.runs[place].last = step.index;
                     has_long = true;
                     place
                 }
                 None => {
-                    let run = ContactRun { first: step.index, last: step.index, row: row.clone() };
-                    self.runs.push(run);
+                    self.runs.push(ContactRun { first: step.index, last: step.index, row });
                     self.runs.len() - 1
                 }
             };

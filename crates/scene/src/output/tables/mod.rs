@@ -31,10 +31,12 @@
 //!
 //! Within an interval, states are in the order of the bodies and contacts in the order of the solution.
 //! The last step is a state of status `end` without contacts. Numbers have the fewest digits that
-//! read back to the same double.
+//! read back to the same double. [Short](TablesWriter::short) tables have rounded numbers and no rows of
+//! states that do not change.
 
 mod columns;
 mod contact_runs;
+mod digits;
 mod key;
 mod named;
 mod read;

@@ -114,7 +114,16 @@ pub struct TablesReader<R: Read> {
     order: Steps,
     loaded_contacts: bool,
     runs: ReadRuns,
+    last: LastRows,
     ended: bool,
+}
+
+/// States in the last rows, with the number of their interval and its length.
+#[derive(Default)]
+struct LastRows {
+    rows: Vec<StateRow>,
+    interval: u32,
+    length: f64,
 }
 
 impl<R: Read> TablesReader<R> {
@@ -148,7 +157,8 @@ impl<R: Read> TablesReader<R> {
         let readers = streams.each(csv)?;
         let order = Steps::default();
         let runs = ReadRuns::default();
-        Ok(Self { readers, shape, order, loaded_contacts: false, runs, ended: false })
+        let last = LastRows::default();
+        Ok(Self { readers, shape, order, loaded_contacts: false, runs, last, ended: false })
     }
 
     /// Requires `index` as the first k.
@@ -186,7 +196,7 @@ impl<R: Read> TablesReader<R> {
     /// # Errors
     /// The first fault, with table, line and column.
     pub fn next_interval(&mut self) -> Result<Option<IntervalRows>, RowsError> {
-        let Self { readers, runs, .. } = self;
+        let Self { readers, runs, last, .. } = self;
         let Streams { states: of_bodies, contacts, steps, joints, gears, ends } = readers;
         if self.ended {
             let some = [contacts, joints, gears, ends].into_iter().flatten();
@@ -200,17 +210,29 @@ impl<R: Read> TablesReader<R> {
         let status = steps.field(2, "a status", StepStatus::from_name)?;
         let row = StepRow::read(&mut RowCells::from(steps, 0))?;
         self.order.next(steps, status, row.interval)?;
+        // Only a whole step after another one may lack rows.
+        if (row.interval, last.interval, row.length) != (0, 0, last.length) {
+            last.rows.clear();
+        }
         // Grows with the rows in the file: the requested number is not trustworthy.
-        let (states, instants, before) = if has_middles {
-            let rows: Vec<StateRow> = rows_of(of_bodies, &row, bodies)?;
-            rows.iter().map(|row| (row.at_the_middle(), row.instant, row.before)).collect::<(
-                Vec<_>,
-                Vec<_>,
-                Vec<_>,
-            )>()
-        } else {
-            (rows_of(of_bodies, &row, bodies)?, Vec::new(), Vec::new())
-        };
+        let mut rows = Vec::new();
+        for body in 0..bodies {
+            let known = last.rows.get(body);
+            let has_row = known.is_none() || next_is_of_body(of_bodies, &row, body)?;
+            rows.push(match known.filter(|_| !has_row) {
+                Some(known) => *known,
+                None if has_middles => read_row(of_bodies, &row, body)?,
+                None => read_row(of_bodies, &row, body).map(StateRow::without_middle)?,
+            });
+        }
+        let (states, mut instants, mut before) = rows
+            .iter()
+            .map(|row| (row.at_the_middle(), row.instant, row.before))
+            .collect::<(Vec<_>, Vec<_>, Vec<_>)>();
+        if !has_middles {
+            (instants, before) = Default::default();
+        }
+        *last = LastRows { rows, interval: row.interval, length: row.length };
         let mut end_rows = Vec::new();
         if let Some(reader) = ends
             && reader.next_is_of(row.index, row.interval)?
@@ -248,14 +270,38 @@ fn rows_of<R: Read, T: Cells>(
 ) -> Result<Vec<T>, RowsError> {
     let mut rows = Vec::with_capacity(count.min(1 << 12));
     for number in 0..count {
-        reader.need_row(CUT_OFF)?;
-        reader.expect(0, step.index)?;
-        reader.expect(2, number as u64)?;
-        if reader.number(1)? != step.time {
-            return Err(reader.invalid(1, "the time of the same step in the table steps"));
-        }
-        reader.expect_interval(step.interval, step.length)?;
-        rows.push(T::read(&mut RowCells::from(reader, 3))?);
+        rows.push(read_row(reader, step, number)?);
     }
     Ok(rows)
+}
+
+/// True if the next row is that of a body in an interval, and false if it is a later one.
+fn next_is_of_body<R: Read>(
+    reader: &mut CsvReader<R>,
+    step: &StepRow,
+    body: usize,
+) -> Result<bool, RowsError> {
+    if !reader.next_is_of(step.index, step.interval)? {
+        return Ok(false);
+    }
+    if reader.whole::<usize>(2)? < body {
+        reader.expect(2, body as u64)?;
+    }
+    Ok(reader.whole::<usize>(2)? == body)
+}
+
+/// Reads the row of the body, joint or gear `number` of an interval.
+fn read_row<R: Read, T: Cells>(
+    reader: &mut CsvReader<R>,
+    step: &StepRow,
+    number: usize,
+) -> Result<T, RowsError> {
+    reader.need_row(CUT_OFF)?;
+    reader.expect(0, step.index)?;
+    reader.expect(2, number as u64)?;
+    if reader.number(1)? != step.time {
+        return Err(reader.invalid(1, "the time of the same step in the table steps"));
+    }
+    reader.expect_interval(step.interval, step.length)?;
+    T::read(&mut RowCells::from(reader, 3))
 }

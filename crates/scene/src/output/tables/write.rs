@@ -2,6 +2,7 @@
 
 use super::columns::{Cells, ContactRow, GearTableRow, JointRow, StateRow, StepRow};
 use super::contact_runs::OpenRuns;
+use super::digits::Digits;
 use super::{IntervalRows, KeyText, Streams, Table, TableShape};
 use crate::output::rows::{RowChoice, RowWriter};
 use nalgebra::Vector3;
@@ -26,6 +27,10 @@ pub struct TablesWriter<W: Write> {
     kept: RowChoice,
     /// True if idle contacts have no rows.
     loaded_contacts: bool,
+    /// True if states that do not change have no rows.
+    is_short: bool,
+    /// Rounding of whole steps.
+    digits: Option<Digits>,
     open: OpenRows,
 }
 
@@ -36,10 +41,32 @@ pub struct OpenRows {
     steps: Option<StepRow>,
     /// Interval of the last rows, and the states at its end.
     end: Option<(StepRow, Vec<State>)>,
+    /// States in the last rows, if they are those of a whole step in short tables.
+    last: Option<BodyStates>,
     /// Contacts that may stay the same.
     contacts: OpenRuns,
     /// True if the table `ends` has rows.
     pub has_ends: bool,
+}
+
+/// States of the bodies in the rows of an interval, as in [`IntervalRows`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct BodyStates {
+    instants: Vec<State>,
+    states: Vec<State>,
+    before: Box<[f64]>,
+}
+
+impl BodyStates {
+    /// Numbers in the row of a body.
+    fn row(&self, body: usize) -> StateRow {
+        let state = self.states[body];
+        StateRow {
+            instant: self.instants.get(body).copied().unwrap_or(state),
+            before: self.before.get(body).copied().unwrap_or(0.0),
+            ..StateRow::without_middle(state)
+        }
+    }
 }
 
 impl<W: Write> TablesWriter<W> {
@@ -71,8 +98,16 @@ impl<W: Write> TablesWriter<W> {
     }
 
     fn with_writers(tables: Streams<RowWriter<W>>, world: &World) -> Self {
-        let (courses, kept, open) = (Vec::new(), RowChoice::ALL, OpenRows::default());
-        Self { tables, world: world.clone(), courses, kept, loaded_contacts: false, open }
+        Self {
+            tables,
+            world: world.clone(),
+            courses: Vec::new(),
+            kept: RowChoice::ALL,
+            loaded_contacts: false,
+            is_short: false,
+            digits: None,
+            open: OpenRows::default(),
+        }
     }
 
     /// Sets the prescribed motions of joint frames in the world.
@@ -95,6 +130,15 @@ impl<W: Write> TablesWriter<W> {
     #[must_use]
     pub fn without_idle_contacts(mut self, idle: bool) -> Self {
         self.loaded_contacts = idle;
+        self
+    }
+
+    /// If `is_short` is true, numbers of whole steps are rounded, and a body has no row in a whole step
+    /// after another one if its state has not changed. The first and the last rows are exact.
+    #[must_use]
+    pub fn short(mut self, is_short: bool) -> Self {
+        self.is_short = is_short;
+        self.digits = is_short.then(|| Digits::new(&self.world)).flatten();
         self
     }
 
@@ -137,8 +181,10 @@ impl<W: Write> TablesWriter<W> {
         if let Some(row) = self.open.steps.take() {
             self.write_steps_row(&row)?;
         }
-        self.write_end(&rows.states)?;
-        self.write_beside(rows)?;
+        let is_whole = rows.row.interval == 0 && rows.row.length == self.world.whole_step();
+        self.write_end(&rows.states, is_whole)?;
+        self.write_states(rows, is_whole)?;
+        self.write_beside(rows, is_whole)?;
         let is_end = rows.row.status == StepStatus::End;
         if self.tables.ends.is_some() && !rows.ends.is_empty() {
             self.open.end = Some((rows.row.clone(), rows.ends.clone()));
@@ -150,15 +196,49 @@ impl<W: Write> TablesWriter<W> {
         self.write_steps_row(&rows.row)
     }
 
-    /// Writes the states at the end of the last interval, unless the next one starts there.
-    fn write_end(&mut self, next: &[State]) -> io::Result<()> {
-        match (self.open.end.take(), &mut self.tables.ends) {
-            (Some((row, ends)), Some(table)) if ends != next => {
-                self.open.has_ends = true;
-                write_all(table, &row, &ends)
-            }
-            _ => Ok(()),
+    /// States at the start of an interval, rounded if it and the one before are whole steps: then no
+    /// state is that of a shorter interval.
+    fn rounded(&self, states: &[State], is_whole: bool) -> Vec<State> {
+        let is_rounded = is_whole && self.open.last.is_some();
+        match self.digits.as_ref().filter(|_| is_rounded) {
+            Some(digits) => states.iter().map(|state| digits.state(state)).collect(),
+            None => states.to_vec(),
         }
+    }
+
+    /// Writes the states at the end of the last interval, unless the next one, a whole step if `is_whole`,
+    /// starts there.
+    fn write_end(&mut self, next: &[State], is_whole: bool) -> io::Result<()> {
+        let Some((row, ends)) = self.open.end.take().filter(|(_, ends)| ends != next) else {
+            return Ok(());
+        };
+        let ends = self.rounded(&ends, is_whole);
+        let Some(table) = &mut self.tables.ends else { return Ok(()) };
+        self.open.has_ends = true;
+        write_all(table, &row, &ends)
+    }
+
+    /// Writes the states of an interval, which is a whole step if `is_whole`.
+    fn write_states(&mut self, step: &IntervalRows, is_whole: bool) -> io::Result<()> {
+        let written = BodyStates {
+            instants: self.rounded(&step.instants, is_whole),
+            states: self.rounded(&step.states, is_whole),
+            before: step.before.clone(),
+        };
+        let last = self.open.last.take().filter(|_| is_whole);
+        for body in 0..written.states.len() {
+            let row = written.row(body);
+            if last.as_ref().is_some_and(|last| last.row(body) == row) {
+                continue;
+            }
+            let table = &mut self.tables.states;
+            match self.world.integrator() {
+                Integrator::Euler => write_row(table, &step.row, body, &written.states[body])?,
+                Integrator::Leapfrog => write_row(table, &step.row, body, &row)?,
+            }
+        }
+        self.open.last = (self.is_short && is_whole).then_some(written);
+        Ok(())
     }
 
     /// Writes a row of the table `steps`.
@@ -169,28 +249,20 @@ impl<W: Write> TablesWriter<W> {
         steps.end_row()
     }
 
-    /// Writes the rows of an interval in all tables but `steps` and `ends`.
-    fn write_beside(&mut self, step: &IntervalRows) -> io::Result<()> {
+    /// Writes the rows of an interval in the tables of contacts, joints and gears.
+    fn write_beside(&mut self, step: &IntervalRows, is_whole: bool) -> io::Result<()> {
         let missing_moments = TableShape::new(&self.world).missing_columns_of_contacts();
-        let Streams { states, contacts, joints, gears, .. } = &mut self.tables;
+        let Streams { contacts, joints, gears, .. } = &mut self.tables;
         let row = &step.row;
-        if self.world.integrator() == Integrator::Euler {
-            write_all(states, row, &step.states)?;
-        } else {
-            let pairs = step.instant_states().iter().zip(&step.states).zip(&step.before);
-            let rows = pairs.map(|((instant, State { velocity, spin, .. }), before)| StateRow {
-                instant: *instant,
-                middle: [*velocity, *spin],
-                before: *before,
-            });
-            write_all(states, row, &rows.collect::<Vec<_>>())?;
-        }
         if let Some(table) = contacts {
             let is_idle = |place: usize| step.idle.get(place) == Some(&true);
             let omits = |place: usize| self.loaded_contacts && is_idle(place);
             let rows = step.contacts.iter().enumerate().filter(|(place, _)| !omits(*place));
-            let rows = rows.map(|(_, contact)| contact);
-            let is_whole = row.interval == 0 && row.length == self.world.whole_step();
+            let digits = self.digits.as_ref().filter(|_| is_whole);
+            let rows = rows.map(|(_, contact)| match digits {
+                Some(digits) => digits.contact(contact),
+                None => contact.clone(),
+            });
             self.open.contacts.add(row, is_whole, rows, table, missing_moments)?;
         }
         if let Some(table) = joints {
@@ -238,16 +310,23 @@ fn write_all<W: Write>(
     row: &StepRow,
     values: &[impl Cells],
 ) -> io::Result<()> {
-    for (index, value) in values.iter().enumerate() {
-        table.whole(row.index);
-        table.number(row.time);
-        table.whole(index as u64);
-        value.write(table);
-        table.whole(row.interval.into());
-        table.number(row.length);
-        table.end_row()?;
-    }
-    Ok(())
+    values.iter().enumerate().try_for_each(|(index, value)| write_row(table, row, index, value))
+}
+
+/// Writes the row of one body, joint or gear of an interval.
+fn write_row<W: Write>(
+    table: &mut RowWriter<W>,
+    row: &StepRow,
+    index: usize,
+    value: &impl Cells,
+) -> io::Result<()> {
+    table.whole(row.index);
+    table.number(row.time);
+    table.whole(index as u64);
+    value.write(table);
+    table.whole(row.interval.into());
+    table.number(row.length);
+    table.end_row()
 }
 
 impl IntervalRows {

@@ -19,9 +19,9 @@ fn world() -> World {
     .unwrap()
 }
 
-/// Tables of 400 steps, of which every `every`-th has rows, and those rows. After step 300 a force pushes
+/// Tables of 400 steps, short ones if requested, of which every `every`-th has rows, and those rows. After step 300 a force pushes
 /// the box.
-fn written(world: &World, every: u64) -> (Streams<Vec<u8>>, Vec<IntervalRows>) {
+fn written(world: &World, every: u64, is_short: bool) -> (Streams<Vec<u8>>, Vec<IntervalRows>) {
     let start = State {
         position: Vector3::new(0.0, 0.0, 0.11),
         attitude: Vector4::new(1.0, 0.0, 0.0, 0.0),
@@ -37,7 +37,7 @@ fn written(world: &World, every: u64) -> (Streams<Vec<u8>>, Vec<IntervalRows>) {
         gears: None,
         ends: Some(Vec::new()),
     };
-    let mut writer = TablesWriter::new(streams, world).unwrap().every(every, 0);
+    let mut writer = TablesWriter::new(streams, world).unwrap().every(every, 0).short(is_short);
     let (mut record, mut rows) = (StepRecord::new(), Vec::new());
     for k in 0..=400 {
         if k == 300 {
@@ -73,7 +73,7 @@ fn reader<'a>(world: &World, tables: &'a Streams<Vec<u8>>, every: u64) -> Tables
 fn contacts_are_read_back_and_resting_ones_have_few_rows() {
     let world = world();
     for every in [1, 3] {
-        let (tables, rows) = written(&world, every);
+        let (tables, rows) = written(&world, every, false);
         let mut reader = reader(&world, &tables, every);
         for expected in &rows {
             let found = reader.next_interval().unwrap().unwrap();
@@ -87,12 +87,35 @@ fn contacts_are_read_back_and_resting_ones_have_few_rows() {
     }
 }
 
+/// Short tables have rounded numbers except at both ends, and no rows of a resting box.
+#[test]
+fn short_tables_are_read_back_rounded_and_have_few_rows_of_states() {
+    let world = world();
+    for every in [1, 3] {
+        let (tables, rows) = written(&world, every, true);
+        let mut reader = reader(&world, &tables, every);
+        for expected in &rows {
+            let (k, found) = (expected.row.index, reader.next_interval().unwrap().unwrap());
+            let off = found.states[0].to_vector() - expected.states[0].to_vector();
+            assert!(off.amax() <= 1e-12, "k = {k}: {off}");
+            assert!([0, 400].contains(&k) <= (found.states == expected.states), "k = {k}");
+            assert_eq!(
+                (&found.row, found.contacts.len()),
+                (&expected.row, expected.contacts.len())
+            );
+        }
+        assert!(reader.next_interval().unwrap().is_none());
+        let lines = String::from_utf8(tables.states).unwrap().lines().count() - 1;
+        assert!(rows.len() > lines + 100 / every as usize, "{lines} lines for {} rows", rows.len());
+    }
+}
+
 /// A row that lasts into other contacts, or that has another one beside it, is refused.
 #[test]
 fn runs_that_contradict_other_rows_are_refused() {
     let world = world();
     let fault = |change: fn(&mut Vec<String>)| {
-        let (mut tables, _) = written(&world, 1);
+        let (mut tables, _) = written(&world, 1, false);
         let text = String::from_utf8(tables.contacts.take().unwrap()).unwrap();
         let mut lines: Vec<_> = text.lines().map(str::to_owned).collect();
         change(&mut lines);
