@@ -9,7 +9,7 @@ use super::unphysical::{self, UnphysicalCause};
 use super::workspace::{Workspace, is_regular};
 use super::{InfeasibleGap, Motion, infeasible_gap, replacement};
 use crate::contact::certificate::{Claim, certify_rk4_step};
-use crate::contact::{Contact, Partner, rounding};
+use crate::contact::{Candidates, Contact, Partner, rounding};
 use crate::error::Error;
 use crate::mechanics::State;
 use crate::mechanics::dynamics::rk4_step;
@@ -356,15 +356,7 @@ fn contact_step(
     if !sets_aside {
         candidates.remember(if is_regular(world) { rest.bodies() } else { &[] });
     } else if report.status.is_solved() {
-        // The contacts set aside and the last forces there are in one order.
-        let rests = |force: &ContactForce| candidates.aside()[force.key.body];
-        let resting = || previous.contacts.iter().enumerate().filter(|(_, force)| rests(force));
-        let forces = resting().map(|(_, force)| force);
-        candidates.merge(forces, &mut solution.contacts, &mut spare.contacts);
-        if world.has_turning_friction() {
-            let moments = resting().filter_map(|(place, _)| previous.moments.get(place));
-            candidates.merge(moments, &mut solution.moments, &mut spare.moments);
-        }
+        put_back(world, candidates, previous, solution, spare);
         candidates.put_back(&mut taken.contacts);
     } else {
         (taken.infeasible_gap, taken.unphysical, taken.gain) = (None, None, None);
@@ -372,4 +364,24 @@ fn contact_step(
     }
     (taken.report, taken.certificate, taken.restitution_share) = (report, certificate, share);
     Ok(true)
+}
+
+/// Puts the last forces at the contacts that are set aside back into the `solution` of the others. `spare` is a
+/// workspace. The contacts and their last forces are in one order.
+#[cold]
+fn put_back(
+    world: &World,
+    candidates: &Candidates,
+    last: &StepSolution,
+    solution: &mut StepSolution,
+    spare: &mut StepSolution,
+) {
+    let rests = |force: &ContactForce| candidates.aside()[force.key.body];
+    let resting = || last.contacts.iter().enumerate().filter(|(_, force)| rests(force));
+    let forces = resting().map(|(_, force)| force);
+    candidates.merge(forces, &mut solution.contacts, &mut spare.contacts);
+    if world.has_turning_friction() {
+        let moments = resting().filter_map(|(place, _)| last.moments.get(place));
+        candidates.merge(moments, &mut solution.moments, &mut spare.moments);
+    }
 }
