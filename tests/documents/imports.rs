@@ -28,23 +28,7 @@ const LAYERS: [&str; 16] = [
 /// and none may come. A module may import the ones that contain it.
 const CIRCLES: [(&str, &[&str]); 5] = [
     ("crates/core/src", &["contact::collision", "contact::contact_filter"]),
-    (
-        "crates/core/src",
-        &[
-            "simulation::abrupt",
-            "simulation::accuracy",
-            "simulation::bounce",
-            "simulation::inputs",
-            "simulation::interval",
-            "simulation::leapfrog",
-            "simulation::moment",
-            "simulation::one_interval",
-            "simulation::record",
-            "simulation::replacement",
-            "simulation::rest",
-            "simulation::workspace",
-        ],
-    ),
+    ("crates/core/src", &["simulation::inputs", "simulation::moment"]),
     ("playground/src", &["change", "pull", "session"]),
     ("python/src", &["pictures", "reading", "recording"]),
     ("python/src", &["query", "scene"]),
