@@ -52,7 +52,7 @@ def test_the_same_tables(name: str, fields: list[str], scenarios: Path, tmp_path
     scene = scenarios / f"{name}.toml"
     flags = [flag for field in fields for flag in ("--set", field)]
     out = tmp_path / "cli"
-    command = [os.environ["TUMBLE"], "run", str(scene), "--steps", "100", *flags, "--out", str(out), "--quiet"]
+    command = [os.environ["TUMBLE"], "run", str(scene), "--steps", "100", "--exact", *flags, "--out", str(out), "--quiet"]
     assert subprocess.run(command, check=False).returncode in (0, 3)
     values = dict(field.split("=") for field in fields)
     settings = {key: value if key == "impacts" else float(value) for key, value in values.items()}
