@@ -99,7 +99,7 @@ fn lists_of_any_length_do_not_panic_the_contact_search() {
             panics.look("all_contacts", || all_contacts(&world, &states, &mut Vec::new()));
             panics.look("admit_missed", || {
                 let mut memory = (Vec::new(), KeyIndex::new());
-                admit_missed(&world, &states, &next, 0.0, &mut memory.0, &mut memory.1)
+                admit_missed(&world, &states, &next, 0.0, &[], &mut memory.0, &mut memory.1)
             });
             panics.look("Candidates::find", || {
                 Candidates::new().find(Detection::default(), &world, &states, &next)
