@@ -85,7 +85,8 @@ impl<'a> Recording<'a> {
             .map_err(|error| invalid_tables(path, &error))?
             .from_index(run.start_index)
             .every(selection.every)
-            .without_idle_contacts(selection.loaded_contacts);
+            .without_idle_contacts(selection.loaded_contacts)
+            .short(selection.short);
         Ok(Self { path, rows, ahead: None, since: 0.0, run, world, loads, courses })
     }
 

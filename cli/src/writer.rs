@@ -99,8 +99,7 @@ impl RunWriter {
             TablesWriter::new(streams, world).map_err(|error| files[0].failed(&error))?
         };
         let tables = tables.driven(scene.courses.clone()).every(every, first);
-        let tables =
-            tables.without_idle_contacts(selection.loaded_contacts).short(!selection.exact);
+        let tables = tables.without_idle_contacts(selection.loaded_contacts).short(selection.short);
         let trajectory = trajectory.map(|stream| {
             let rows = if continues {
                 TrajectoryWriter::after(stream, world)

@@ -10,11 +10,12 @@ use tumble_scene::output::tables::{IntervalRows, Streams, TableShape, TablesRead
 use tumble_scene::scene::Scene as Content;
 
 /// Reads a run or a part of one from its tables, or with the `forces` (K - 1, N, 3) of a run without
-/// recorded contacts. Unless `all_contacts` have rows, those without force may be missing.
+/// recorded contacts. Unless `all_contacts` have rows, those without force may be missing, and unless they
+/// are not short, unchanged states.
 pub fn from_tables(
     content: Arc<Content>,
     streams: Streams<&[u8]>,
-    all_contacts: bool,
+    (all_contacts, is_short): (bool, bool),
     forces: Option<Numbers<'_>>,
 ) -> PyResult<PyRecording> {
     let Streams { states, joints, gears, .. } = streams;
@@ -35,7 +36,8 @@ pub fn from_tables(
         }
     }
     let reader = TablesReader::new(streams, TableShape::new(world));
-    let mut reader = reader.map_err(refused)?.from_any_index().without_idle_contacts(!all_contacts);
+    let reader = reader.map_err(refused)?.from_any_index().without_idle_contacts(!all_contacts);
+    let mut reader = reader.short(is_short);
     let (mut rows, mut sums) = (Vec::<IntervalRows>::new(), Vec::new());
     while let Some(mut row) = reader.next_interval().map_err(refused)? {
         let (k, h) = (row.row.index, world.time_step());

@@ -88,7 +88,9 @@ impl PyRecording {
         };
         let run = run.map(|text| run_of_scene(&scene.content, text));
         let all_contacts = matches!(&run, Some(Ok(run)) if !run.kept.loaded_contacts);
-        let read = reading::from_tables(Arc::clone(&scene.content), streams, all_contacts, forces)?;
+        let is_short = !matches!(&run, Some(Ok(run)) if !run.kept.short);
+        let rows = (all_contacts, is_short);
+        let read = reading::from_tables(Arc::clone(&scene.content), streams, rows, forces)?;
         Ok(Self { is_of_scene: run.transpose()?.map(|run| !run.pushed), ..read })
     }
 

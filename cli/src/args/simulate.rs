@@ -204,7 +204,7 @@ impl SimulateArgs {
         let form = if output.compact { TableForm::Gzip } else { TableForm::Csv };
         let tables = output.tables.as_deref();
         let mut selection = RowSelection::new(every, tables, !output.all_contacts, form);
-        selection.exact = output.exact;
+        selection.short = !output.exact;
         selection
     }
 

@@ -57,7 +57,8 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     stages.iter().try_for_each(|stage| stage.check(problem)).map_err(|why| refused(args, &why))?;
     let interrupt = Arc::new(AtomicBool::new(false));
     raise_on_signals(&interrupt)?;
-    let usual = RowSelection::new(1, None, true, TableForm::Csv);
+    let mut usual = RowSelection::new(1, None, true, TableForm::Csv);
+    usual.short = true;
     let mut names = RunWriter::names(problem.scene(), &usual);
     names.extend([RUN_JSON, STATE].into_iter().chain(PLAN_FILES).map(str::to_owned));
     let claims = OutputClaims {
@@ -102,7 +103,7 @@ pub fn run(args: &PlanArgs) -> Result<Outcome, Failure> {
     let scenario = written::text(&scene).ok();
     names.retain(|name| name != toml || scenario.is_some());
     names.retain(|name| omitted.as_ref() != Some(name));
-    (run_file.files, run_file.checksums) = (names, checksums);
+    (run_file.files, run_file.checksums, run_file.kept) = (names, checksums, usual);
     file(RUN_JSON, run_file.text()?.as_bytes())?;
     let notes = ContinuedNotes { rows: before_end, run };
     file(STATE, &state_bytes(simulation.save(), &notes)?)?;

@@ -131,7 +131,7 @@ fn starts_at_end(judge: &StepJudge, previous: &IntervalRows, next: &IntervalRows
         let [velocity, spin] = judge.late_halves(previous)[body];
         let off = [state.velocity - instant.velocity - velocity, state.spin - instant.spin - spin];
         let largest = state.velocity.amax().max(state.spin.amax());
-        let rounding = 8.0 * f64::EPSILON * largest + judge.lost_of_velocities();
+        let rounding = 8.0 * f64::EPSILON * largest + judge.rounding_of_velocities();
         state == instant || off.iter().all(|off| off.amax() <= rounding)
     };
     let mut bodies = ends.iter().zip(&next.states).enumerate();
@@ -155,7 +155,7 @@ fn instants_follow(judge: &StepJudge, previous: &IntervalRows, next: &IntervalRo
         };
         let largest = after.velocity.amax().max(before.velocity.amax());
         let largest = largest.max(after.spin.amax()).max(before.spin.amax());
-        let rounding = 8.0 * f64::EPSILON * largest + judge.lost_of_velocities();
+        let rounding = 8.0 * f64::EPSILON * largest + judge.rounding_of_velocities();
         let is_moved = after.pose() == instant.pose();
         is_moved && (differs(share) <= rounding || differs(0.0) <= rounding)
     })

@@ -117,7 +117,7 @@ fn rows(run: &Simulated) -> Vec<IntervalRows> {
         ends: None,
     };
     let reader = TablesReader::new(streams, ONE_BODY).unwrap();
-    let mut reader = reader.without_idle_contacts(true);
+    let mut reader = reader.without_idle_contacts(true).short(true);
     let mut rows = Vec::new();
     while let Some(row) = reader.next_interval().unwrap() {
         rows.push(row);

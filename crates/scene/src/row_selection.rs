@@ -19,9 +19,9 @@ pub struct RowSelection {
     /// Format of the files.
     #[serde(default)]
     pub form: TableForm,
-    /// True if numbers have all digits, and unchanged states their rows.
+    /// True if numbers are rounded, and unchanged states have no rows.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub exact: bool,
+    pub short: bool,
 }
 
 /// Format of the files with rows.
@@ -37,7 +37,7 @@ pub enum TableForm {
 
 impl Default for RowSelection {
     fn default() -> Self {
-        Self { every: 1, tables: None, loaded_contacts: false, form: TableForm::Csv, exact: false }
+        Self { every: 1, tables: None, loaded_contacts: false, form: TableForm::Csv, short: false }
     }
 }
 
@@ -54,7 +54,7 @@ impl RowSelection {
         form: TableForm,
     ) -> Self {
         let names = |tables: &[Table]| tables.iter().map(|table| table.name().to_owned()).collect();
-        Self { every, tables: tables.map(names), loaded_contacts, form, exact: false }
+        Self { every, tables: tables.map(names), loaded_contacts, form, short: false }
     }
 
     /// True if all rows are written as CSV.

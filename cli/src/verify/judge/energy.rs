@@ -111,13 +111,13 @@ impl StepJudge {
     /// Scale of the energy's rounding error: the sum of the absolute values of its terms.
     fn energy_scale(&self, states: &[State]) -> f64 {
         let (gravity, h) = (self.world.gravity(), self.world.time_step());
-        // Its relative tolerance is the rounding error of a speed.
-        let known = self.negligible() / RELATIVE_TOLERANCE;
+        // Speed of which the relative tolerance is the error of rounded numbers.
+        let rounded = self.rounding() / RELATIVE_TOLERANCE;
         let parts = self.world.bodies().iter().zip(states).map(|(body, state)| {
             let (velocity, position) = (&state.velocity, &state.position);
             let fallen = h * gravity.dot(velocity).abs() + gravity.dot(position).abs();
             let speed = velocity.norm() + body.reach() * state.spin.norm() + h * gravity.norm();
-            let linear = velocity.norm_squared() + fallen + known * (speed + self.negligible());
+            let linear = velocity.norm_squared() + fallen + rounded * (speed + self.rounding());
             body.mass() * linear + energy::turning(&self.world, body, &state.spin)
         });
         parts.sum()

@@ -29,7 +29,7 @@ use tumble_core::mechanics::{Load, State, Wrench};
 use tumble_core::simulation::Stiffness;
 use tumble_core::step::StepStatus;
 use tumble_core::world::{Span, World};
-use tumble_scene::output::tables::{IntervalRows, JointRow, StepRow};
+use tumble_scene::output::tables::{IntervalRows, JointRow, StepRow, rounds};
 
 /// Relative tolerance of recomputed values, in addition to the rounding error of an exact step.
 const RELATIVE_TOLERANCE: f64 = 1e-9;
@@ -96,6 +96,8 @@ pub struct StepJudge {
     has_gaps: bool,
     /// True if idle contacts have no rows.
     loaded_contacts: bool,
+    /// True if numbers of the tables are rounded.
+    is_rounded: bool,
 }
 
 /// A step of the tables with its contacts and their forces and moments.
@@ -146,6 +148,7 @@ impl StepJudge {
             turned_before: recording.run.start_index > 0,
             has_gaps: recording.row_selection().has_gaps(),
             loaded_contacts: recording.row_selection().loaded_contacts,
+            is_rounded: recording.row_selection().short && rounds(&recording.world),
         })
     }
 
@@ -195,8 +198,7 @@ impl StepJudge {
             (self.lost(contacts, states, next) + of_forces).min(rounding::largest(&self.world));
         let makes_energy = self.makes_energy(&judged);
         let status = self.another_status(&judged, lost, makes_energy);
-        let negligible = self.negligible();
-        let (differs, overlap) = self.compare(&judged, &certificate, lost + negligible);
+        let (differs, overlap) = self.compare(&judged, &certificate, lost);
         let differs = differs.or(status);
         self.angles = joints.iter().map(|joint| joint.angles).collect();
         let is_retry = self.world.span().is_some_and(|span| span.is_retry);
@@ -206,7 +208,7 @@ impl StepJudge {
             row.status == StepStatus::Free && loads.iter().all(|load| load.force.amax() == 0.0);
         let accepted = if flies { 0.0 } else { self.accepted };
         // NaN is never within a limit.
-        let is_exact = residual <= accepted.max(lost) + negligible;
+        let is_exact = residual <= accepted.max(lost) + self.rounding();
         Verified {
             index: row.index,
             is_first: row.interval == 0,
@@ -219,14 +221,14 @@ impl StepJudge {
         }
     }
 
-    /// Speed whose loss changes no verdict (m/s).
-    pub fn negligible(&self) -> f64 {
-        NEGLIGIBLE * self.world.speed_scale()
+    /// Largest error of a residual by rounded numbers of the tables (m/s); 0 if they have all digits.
+    fn rounding(&self) -> f64 {
+        if self.is_rounded { NEGLIGIBLE * self.world.speed_scale() } else { 0.0 }
     }
 
-    /// Rounding error of velocities (m/s) and spins (rad/s) of tables.
-    pub fn lost_of_velocities(&self) -> f64 {
-        self.negligible() * (1.0 / self.world.reach()).max(1.0)
+    /// The same for velocities (m/s) and spins (rad/s).
+    pub fn rounding_of_velocities(&self) -> f64 {
+        self.rounding() * (1.0 / self.world.reach()).max(1.0)
     }
 
     /// Verifies the last state: its energy, and that its row has no step. `follows` is true if its
@@ -273,13 +275,13 @@ impl StepJudge {
         })
     }
 
-    /// First difference between a step and its tables, and the overlap after the step, m. `slip_lost` is
-    /// the rounding error of a slip, m/s.
+    /// First difference between a step and its tables, and the overlap after the step, m. `lost` is
+    /// the rounding error of a slip computed from exact numbers, m/s.
     fn compare(
         &mut self,
         judged: &JudgedStep<'_>,
         certificate: &Certificate,
-        slip_lost: f64,
+        lost: f64,
     ) -> (Option<String>, f64) {
         let JudgedStep { step, next, contacts, joints, gears, wrong, .. } = judged;
         let (states, row) = (&step.states[..], &step.row);
@@ -288,7 +290,9 @@ impl StepJudge {
         if self.has_another_rebound(judged) {
             differ("a contact rebounds differently from the restitution law".to_owned());
         }
-        let lost = slip_lost + self.lost_of_forces(judged);
+        let slip_lost = lost + self.rounding();
+        let negligible = NEGLIGIBLE * self.world.speed_scale();
+        let lost = lost + self.lost_of_forces(judged) + negligible;
         let h = self.world.time_step();
         if !is_near(h, row.length, 0.0) {
             differ(format!("its length in the table is {} s, not {h} s", row.length));
@@ -441,7 +445,7 @@ impl StepJudge {
             return share != 1.0 || contacts.iter().any(Contact::bounces);
         }
         let free = self.free_flight(states, wrenches);
-        let rounding = self.lost(contacts, states, &free) + self.negligible();
+        let rounding = self.lost(contacts, states, &free) + self.rounding();
         let range =
             |contact: &Contact| [share, 1.0].map(|s| contact.rebound_of(world, states, &free, s));
         let mut pushed = vec![0.0; states.len()];

@@ -91,7 +91,7 @@ fn check_files(out: &Path, end: &End) {
         ends: None,
     };
     let reader = TablesReader::new(streams, ONE_BODY).unwrap();
-    let mut reader = reader.without_idle_contacts(true);
+    let mut reader = reader.without_idle_contacts(true).short(true);
     let mut is_solved = true;
     while let Some(step) = reader.next_interval().unwrap() {
         is_solved &= !matches!(step.row.status, StepStatus::Failed | StepStatus::Wild);

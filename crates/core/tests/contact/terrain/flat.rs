@@ -107,8 +107,8 @@ fn bodies_fall_on_seams_as_on_one_slab() {
     }
 }
 
-/// Boxes that slid to a place near the border of a field lie still there when another body moves: with it all
-/// pieces near each body are searched, and triangles take the place of a plane or the other way round.
+/// Boxes that slid to a place near the border of a field lie still there when another body moves. Its motion
+/// starts a new search for all of them, in which triangles replace a plane or a plane triangles.
 #[test]
 fn boxes_near_a_border_lie_still_beside_one_that_moves() {
     const COUNT: usize = 24;

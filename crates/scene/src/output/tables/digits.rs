@@ -1,14 +1,15 @@
 //! Decimal places of the numbers in tables.
 //!
-//! The numbers of whole steps are rounded to a decimal place of their unit, so that a residual that is
-//! recomputed from them differs by less than 10⁻¹¹ m/s, times the speed scale of the world. With
-//! s = 10⁻¹² m/s times this scale, the time step h, the reach ℓ of the world, and the largest changes of
-//! speed by an impulse and by its moment, m⁻¹ + ‖I⁻¹‖ ℓ² and ‖I⁻¹‖ ℓ of a body, the last place is at most
+//! The numbers of whole steps are rounded to a decimal place of their unit. A residual that is recomputed
+//! from them differs by less than 10⁻¹¹ m/s, times the speed scale of the world. With s = 10⁻¹² m/s times
+//! this scale and the time step h, the last place is at most
 //!
 //! ```text
 //! speed s,  spin s/ℓ,  length 2 s h,  quaternion and normal s h/ℓ,
 //! force 0.1 s/(h (m⁻¹ + ‖I⁻¹‖ ℓ²)),  moment 0.1 s/(h ‖I⁻¹‖ ℓ)
 //! ```
+//!
+//! ℓ is the reach of the world. The last two have the body of which an impulse changes the speed most.
 
 use super::ContactRow;
 use nalgebra::Vector3;
@@ -17,6 +18,11 @@ use tumble_core::world::{Impacts, StickSpeed, World};
 
 /// Largest last place of a speed (m/s) in a world with a speed scale of 1.
 const SPEED: f64 = 1e-12;
+
+/// True if short tables of a run in `world` have rounded numbers.
+pub fn rounds(world: &World) -> bool {
+    Digits::new(world).is_some()
+}
 
 /// Rounding of states and contacts.
 #[derive(Debug, Clone)]

@@ -47,6 +47,7 @@ mod write;
 pub(super) use columns::STATE_COLUMNS;
 pub use columns::{ContactRow, GearTableRow, JointRow, StepRow};
 use columns::{INTERVAL_COLUMNS, MIDDLE_COLUMNS};
+pub use digits::rounds;
 pub use key::KeyText;
 pub use named::Misplaced;
 pub use read::{IntervalRows, TablesReader};

@@ -113,6 +113,7 @@ pub struct TablesReader<R: Read> {
     shape: TableShape,
     order: Steps,
     loaded_contacts: bool,
+    is_short: bool,
     runs: ReadRuns,
     last: LastRows,
     ended: bool,
@@ -157,8 +158,16 @@ impl<R: Read> TablesReader<R> {
         let readers = streams.each(csv)?;
         let order = Steps::default();
         let runs = ReadRuns::default();
-        let last = LastRows::default();
-        Ok(Self { readers, shape, order, loaded_contacts: false, runs, last, ended: false })
+        Ok(Self {
+            readers,
+            shape,
+            order,
+            loaded_contacts: false,
+            is_short: false,
+            runs,
+            last: LastRows::default(),
+            ended: false,
+        })
     }
 
     /// Requires `index` as the first k.
@@ -191,6 +200,15 @@ impl<R: Read> TablesReader<R> {
         self
     }
 
+    /// If `is_short` is true, unchanged states may have no rows, see [`TablesWriter::short`].
+    ///
+    /// [`TablesWriter::short`]: super::TablesWriter::short
+    #[must_use]
+    pub fn short(mut self, is_short: bool) -> Self {
+        self.is_short = is_short;
+        self
+    }
+
     /// Next interval; `None` after the row of status `end`.
     ///
     /// # Errors
@@ -211,7 +229,8 @@ impl<R: Read> TablesReader<R> {
         let row = StepRow::read(&mut RowCells::from(steps, 0))?;
         self.order.next(steps, status, row.interval)?;
         // Only a whole step after another one may lack rows.
-        if (row.interval, last.interval, row.length) != (0, 0, last.length) {
+        let follows = (row.interval, last.interval, row.length) == (0, 0, last.length);
+        if !(self.is_short && follows) {
             last.rows.clear();
         }
         // Grows with the rows in the file: the requested number is not trustworthy.
