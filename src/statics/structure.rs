@@ -291,9 +291,9 @@ fn wrenches(joint: &Joint, states: &[State], axis: JointAxis) -> Vec<(usize, Twi
 /// | motor with a target | its force at rest, within its limit |
 fn range_at_rest(law: &Axis, coordinate: f64, is_cone: bool) -> [f64; 2] {
     let Axis::Free(drive) = law else { return [f64::NEG_INFINITY, f64::INFINITY] };
-    let Drive { limits, friction, static_friction, stiffness, rest, force, motor, .. } = drive;
+    let Drive { limits, stiffness, rest, force, motor, .. } = drive;
     let mut value = force + stiffness * (rest - coordinate);
-    let mut holding = static_friction.unwrap_or(*friction);
+    let mut holding = drive.holding_friction();
     match motor {
         None => {}
         Some(Motor::Speed { target, max_force }) if *target == 0.0 => holding += max_force,

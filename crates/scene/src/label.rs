@@ -47,7 +47,8 @@ pub fn label(scene: &Scene, constant: Constant, component: usize) -> String {
         | Constant::JointRest
         | Constant::JointDamping
         | Constant::JointForce
-        | Constant::Armature => axis(world.driven_axes()[component]),
+        | Constant::Armature
+        | Constant::JointRestitution => axis(world.driven_axes()[component]),
         Constant::JointLimits => {
             let of = axis(world.limited_axes()[component / 2]);
             format!("{of}, {}", ["lower", "upper"][component % 2])

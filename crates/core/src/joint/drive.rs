@@ -1,5 +1,6 @@
 //! Drives: the forces along a free axis of a joint.
 
+use super::friction_curve::{Friction, FrictionCurve};
 use super::graph::{ForceSum, Graph};
 use crate::error::{Error, in_range};
 use nalgebra::Vector3;
@@ -8,6 +9,8 @@ use nalgebra::Vector3;
 const STICK_RATE: f64 = 1e-6;
 
 /// One of the six axes of a joint.
+// Most axes with numbers are those of robots, and an allocation each would cost more than the room.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "save", derive(serde::Serialize, serde::Deserialize))]
 pub enum Axis {
@@ -23,14 +26,19 @@ pub enum Axis {
 #[cfg_attr(any(feature = "save", feature = "serde"), derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(any(feature = "save", feature = "serde"), serde(default))]
 pub struct Drive {
-    /// Range of the coordinate (m or rad). Its ends are hard inelastic stops.
+    /// Range of the coordinate (m or rad). Its ends are hard stops.
     pub limits: Option<[f64; 2]>,
+    /// Coefficient of restitution e of the stops, 0 to 1: an axis that comes to a stop at the rate c leaves
+    /// it at the rate e c.
+    pub restitution: f64,
     /// Dry friction (N or N m): the largest holding force, and the constant resistance of a moving
     /// axis.
     pub friction: f64,
     /// Dry friction of an axis that rests (N or N m), at least `friction`: one whose rate was at most
     /// 10⁻⁶ m/s or rad/s in the step before.
     pub static_friction: Option<f64>,
+    /// Factor of `friction` over the speed.
+    pub friction_curve: Option<FrictionCurve>,
     /// Stiffness k of a spring (N/m or N m/rad).
     pub stiffness: f64,
     /// Rest position of the spring (m or rad).
@@ -104,8 +112,10 @@ impl Drive {
     /// Drive without forces and limits.
     pub const NONE: Self = Self {
         limits: None,
+        restitution: 0.0,
         friction: 0.0,
         static_friction: None,
+        friction_curve: None,
         stiffness: 0.0,
         rest: 0.0,
         damping: 0.0,
@@ -114,14 +124,116 @@ impl Drive {
         motor: None,
     };
 
-    /// Dry friction of a negative and of a positive rate in a step with this `rate` in the step before (m/s
-    /// or rad/s), each with true if it is the static one. It is static unless the axis goes on: an axis that
-    /// turns around has stopped in between.
-    pub(crate) fn friction_at(&self, rate: f64) -> [(f64, bool); 2] {
-        [-rate, rate].map(|on| match self.static_friction {
-            Some(friction) if on <= STICK_RATE => (friction, true),
-            _ => (self.friction, false),
+    /// Dry friction of negative (`is_positive` = false) or positive rates in a step with this `rate` in the
+    /// step before (m/s or rad/s). An axis that does not go on in this direction has stopped in between.
+    pub(super) fn friction_at(&self, rate: f64, is_positive: bool) -> Friction {
+        let goes_on = if is_positive { rate > STICK_RATE } else { rate < -STICK_RATE };
+        match (&self.friction_curve, self.static_friction) {
+            (Some(curve), _) => curve.friction(self.friction, rate.abs(), goes_on),
+            (None, Some(friction)) if !goes_on => Friction::constant(friction, true),
+            _ => Friction::constant(self.friction, false),
+        }
+    }
+
+    /// Largest dry friction of an axis at rest (N or N m).
+    pub fn holding_friction(&self) -> f64 {
+        let factor = self.friction_curve.as_ref().map_or(1.0, FrictionCurve::at_rest);
+        self.static_friction.unwrap_or(self.friction * factor)
+    }
+
+    /// Speeds u at the lower and the upper stop in a step of `time_step` (s) from `start`, each with true if the
+    /// axis bounces off it. It then leaves the stop at −e times its speed before, as in (29) of
+    /// `docs/formulation.md`; otherwise it can just reach it. An axis bounces if it may come to the stop under
+    /// its own forces and gravity.
+    pub(super) fn stops(
+        &self,
+        start: &AxisStart,
+        time_step: f64,
+        length: f64,
+    ) -> Option<[(f64, bool); 2]> {
+        let [low, high] = self.limits?.map(|limit| length * (limit - start.coordinate) / time_step);
+        if self.restitution == 0.0 || start.arrival.abs() <= start.rebound_rate {
+            return Some([(low, false), (high, false)]);
+        }
+        let came = length * start.arrival;
+        let left = -self.restitution * came;
+        // An impulse p over ℓ changes u by ℓ² p/I.
+        let pushed = length
+            * length
+            * start.inverse_inertia
+            * self.forces(start, time_step, length, 1.0).beside(came, true);
+        let fall = length * start.fall;
+        Some(if came < 0.0 && came + pushed - fall <= low && left > low {
+            [(left.min(high), left < high), (high, false)]
+        } else if came > 0.0 && came + pushed + fall >= high && left < high {
+            [(low, false), (left.max(low), left > low)]
+        } else {
+            [(low, false), (high, false)]
         })
+    }
+
+    /// Forces of [`Axis::graph`] besides its stops.
+    fn forces(&self, start: &AxisStart, time_step: f64, length: f64, unit: f64) -> ForceSum {
+        let coordinate = start.coordinate;
+        // For an angular axis, the torque is divided by the length.
+        let of_step = time_step / (unit * length);
+        // Forces act over κ h (37), and impulses are over M ℓ.
+        let to_impulse = start.kick * of_step;
+        let mut sum = ForceSum::constant((self.force + start.push) * to_impulse);
+        // f = k (rest − x − h σ ẋ + h σ' ẋ⁻) − d (τ ẋ + τ' ẋ⁻), with ẋ = u/length.
+        let pull = |stiffness: f64, damping: f64, target: f64| {
+            let Pull { after, before } = Pull::new(start, stiffness, damping, time_step);
+            let slope =
+                (stiffness * time_step * after[0] + damping * after[1]) * to_impulse / length;
+            let known = (stiffness * time_step * before[0] - damping * before[1]) * start.rate;
+            (slope, (stiffness * (target - coordinate) + known) * to_impulse)
+        };
+        let (slope, at_zero) = pull(self.stiffness, self.damping, self.rest);
+        sum.add_line(at_zero, slope);
+        if self.armature > 0.0 {
+            // f = −I ((x⁺ − x_k) − (x_k − x_{k−1}))/h²                            (J8)
+            let inertia = self.armature / time_step * of_step;
+            sum.add_line(inertia * start.rate, inertia / length);
+        }
+        // Dry friction (J24): a damper, and a jump at zero rate around the mean of both directions
+        let [below, above] = [false, true].map(|side| self.friction_at(start.rate, side));
+        if above.slope > 0.0 {
+            let (slope, at_zero) = pull(0.0, above.slope, 0.0);
+            sum.add_line(at_zero, slope);
+        }
+        let (below, above) = (below.limit, above.limit);
+        if below != above {
+            sum.add_line(0.5 * (below - above) * to_impulse, 0.0);
+        }
+        if below + above > 0.0 {
+            sum.add_jump(0.0, 0.5 * (below + above) * to_impulse);
+        }
+        // Motors act within their largest force.
+        match self.motor {
+            None => {}
+            Some(Motor::Speed { target, max_force }) => {
+                sum.add_jump(target * length, max_force * to_impulse);
+            }
+            Some(Motor::Position { target, stiffness, damping, max_force }) => {
+                let (slope, at_zero) = pull(stiffness, damping, target);
+                sum.add_ramp(at_zero, slope, max_force * to_impulse);
+            }
+            Some(Motor::Damper { target, damping, max_force }) => {
+                let (slope, at_zero) = pull(0.0, damping, 0.0);
+                sum.add_ramp(
+                    at_zero + damping * target * to_impulse,
+                    slope,
+                    max_force * to_impulse,
+                );
+            }
+        }
+        sum
+    }
+
+    /// True if the axis bounces off a stop in a step of `time_step` (s) from `start`.
+    pub(crate) fn bounces(&self, start: &AxisStart, time_step: f64) -> bool {
+        let stops = self.stops(start, time_step, 1.0);
+        stops.is_some_and(|stops| stops.into_iter().any(|(_, bounces)| bounces))
     }
 
     /// Drive of an interval whose drive changed from `before`: forces, targets and force limits act with
@@ -153,7 +265,7 @@ impl Drive {
 
     /// True if it has dry friction.
     pub(crate) fn rubs(&self) -> bool {
-        self.friction.max(self.static_friction.unwrap_or(0.0)) > 0.0
+        self.friction.max(self.holding_friction()) > 0.0
     }
 
     fn check(&self) -> Result<(), Error> {
@@ -165,6 +277,13 @@ impl Drive {
             ("armature of a joint", self.armature),
         ] {
             in_range(field, value, 0.0, MOST, "0 to 1e12")?;
+        }
+        in_range("restitution of a joint", self.restitution, 0.0, 1.0, "0 to 1")?;
+        if self.static_friction.is_some() && self.friction_curve.is_some() {
+            return Err(Error::Unsupported {
+                what: "static friction of a joint with a friction curve",
+                why: "the curve has the friction at rest as its first point",
+            });
         }
         if let Some(friction) = self.static_friction {
             let allowed = "the friction of the joint to 1e12";
@@ -204,12 +323,18 @@ impl Drive {
 pub(crate) struct AxisStart {
     /// Coordinate x_k (m or rad).
     pub(crate) coordinate: f64,
-    /// Rate (x_k − x_{k−1})/h (m/s or rad/s), set for axes with an armature, and for springs and
-    /// dampers at the middle.
+    /// Rate (x_k − x_{k−1})/h (m/s or rad/s), if the [joint needs it](super::Joint::needs_rates).
     pub(crate) rate: f64,
-    /// Inverse inertia of both bodies along or about the axis (1/kg or 1/(kg m²)), if springs and
-    /// dampers may act at the [middle](Pull).
-    pub(crate) inverse_inertia: Option<f64>,
+    /// Rate before an impact (m/s or rad/s): with the fall that velocities lack (eq. 37).
+    pub(crate) arrival: f64,
+    /// Rate up to which the axis does not bounce off its stops (m/s or rad/s).
+    pub(crate) rebound_rate: f64,
+    /// Largest change of the rate by gravity in the step (m/s or rad/s).
+    pub(crate) fall: f64,
+    /// Inverse inertia of both bodies along or about the axis (1/kg or 1/(kg m²)).
+    pub(crate) inverse_inertia: f64,
+    /// True if springs and dampers may act at the [middle](Pull).
+    pub(crate) is_middle: bool,
     /// Mean of the time-dependent load over the step (N or N m).
     pub(crate) push: f64,
     /// Time over which the forces of the drive act, in lengths of the step (eq. 37).
@@ -218,7 +343,17 @@ pub(crate) struct AxisStart {
 
 impl Default for AxisStart {
     fn default() -> Self {
-        Self { coordinate: 0.0, rate: 0.0, inverse_inertia: None, push: 0.0, kick: 1.0 }
+        Self {
+            coordinate: 0.0,
+            rate: 0.0,
+            arrival: 0.0,
+            rebound_rate: 0.0,
+            fall: 0.0,
+            inverse_inertia: 0.0,
+            is_middle: false,
+            push: 0.0,
+            kick: 1.0,
+        }
     }
 }
 
@@ -249,11 +384,11 @@ impl Pull {
     /// Time at which a spring of `stiffness` with `damping` acts on the axis at `start`, in a step of
     /// `time_step` (s).
     pub(super) fn new(start: &AxisStart, stiffness: f64, damping: f64, time_step: f64) -> Self {
-        let is_soft = |inverse_inertia: f64| {
+        let is_soft = || {
             let kick = time_step * start.kick;
-            (stiffness * time_step + damping) * kick * inverse_inertia <= Self::STIFF
+            (stiffness * time_step + damping) * kick * start.inverse_inertia <= Self::STIFF
         };
-        if start.inverse_inertia.is_some_and(is_soft) {
+        if start.is_middle && is_soft() {
             Self { after: [0.25, 0.5], before: [0.25, 0.5] }
         } else {
             Self { after: [1.0, 1.0], before: [0.0, 0.0] }
@@ -273,14 +408,16 @@ impl Axis {
         Self::Free(Drive { limits: Some([0.0, largest]), ..Drive::NONE })
     }
 
-    /// True if the axis has an armature.
-    pub(crate) fn has_armature(&self) -> bool {
-        matches!(self, Self::Free(drive) if drive.armature > 0.0)
-    }
-
-    /// True if it has a static friction.
-    pub(crate) fn sticks(&self) -> bool {
-        matches!(self, Self::Free(drive) if drive.static_friction.is_some())
+    /// True if its law depends on the rate before the step.
+    pub(super) fn needs_rate(&self) -> bool {
+        let needs = |drive: &Drive| {
+            let Drive { armature, restitution, static_friction, friction_curve, .. } = drive;
+            *armature > 0.0
+                || *restitution > 0.0
+                || static_friction.is_some()
+                || friction_curve.is_some()
+        };
+        matches!(self, Self::Free(drive) if needs(drive))
     }
 
     /// True if its forces can do work. Stops, dry friction and damping only take energy.
@@ -335,58 +472,10 @@ impl Axis {
         if self.is_idle() && start.push == 0.0 {
             return Graph::free();
         }
-        let coordinate = start.coordinate;
-        // For an angular axis, the torque is divided by the length.
-        let of_step = time_step / (unit * length);
-        // Forces act over κ h (37), and impulses are over M ℓ.
-        let to_impulse = start.kick * of_step;
-        let speed_at = |target: f64| length * (target - coordinate) / time_step;
-        let mut sum = ForceSum::constant((drive.force + start.push) * to_impulse);
-        // f = k (rest − x − h σ ẋ + h σ' ẋ⁻) − d (τ ẋ + τ' ẋ⁻), with ẋ = u/length.
-        let pull = |stiffness: f64, damping: f64, target: f64| {
-            let Pull { after, before } = Pull::new(start, stiffness, damping, time_step);
-            let slope =
-                (stiffness * time_step * after[0] + damping * after[1]) * to_impulse / length;
-            let known = (stiffness * time_step * before[0] - damping * before[1]) * start.rate;
-            (slope, (stiffness * (target - coordinate) + known) * to_impulse)
-        };
-        let (slope, at_zero) = pull(drive.stiffness, drive.damping, drive.rest);
-        sum.add_line(at_zero, slope);
-        if drive.armature > 0.0 {
-            // f = −I ((x⁺ − x_k) − (x_k − x_{k−1}))/h²                            (J8)
-            let inertia = drive.armature / time_step * of_step;
-            sum.add_line(inertia * start.rate, inertia / length);
-        }
-        // Dry friction: a jump at zero rate, around the mean of both directions.
-        let [below, above] = drive.friction_at(start.rate).map(|(friction, _)| friction);
-        if below != above {
-            sum.add_line(0.5 * (below - above) * to_impulse, 0.0);
-        }
-        if below + above > 0.0 {
-            sum.add_jump(0.0, 0.5 * (below + above) * to_impulse);
-        }
-        // Motors act within their largest force.
-        match drive.motor {
-            None => {}
-            Some(Motor::Speed { target, max_force }) => {
-                sum.add_jump(target * length, max_force * to_impulse);
-            }
-            Some(Motor::Position { target, stiffness, damping, max_force }) => {
-                let (slope, at_zero) = pull(stiffness, damping, target);
-                sum.add_ramp(at_zero, slope, max_force * to_impulse);
-            }
-            Some(Motor::Damper { target, damping, max_force }) => {
-                let (slope, at_zero) = pull(0.0, damping, 0.0);
-                sum.add_ramp(
-                    at_zero + damping * target * to_impulse,
-                    slope,
-                    max_force * to_impulse,
-                );
-            }
-        }
-        // Stops: u between the speeds that reach the limits in the step.
-        if let Some([low, high]) = drive.limits {
-            sum.add_stops(speed_at(low), speed_at(high));
+        let mut sum = drive.forces(start, time_step, length, unit);
+        // Stops: u between the speeds that reach the limits in the step, or leave them after an impact.
+        if let Some([(low, _), (high, _)]) = drive.stops(start, time_step, length) {
+            sum.add_stops(low, high);
         }
         sum.graph()
     }

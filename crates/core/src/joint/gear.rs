@@ -77,8 +77,8 @@ impl Gear {
     }
 
     /// Returns this gear with `drive` acting on s (J17) instead of the constraint s = 0, in units
-    /// of the first coordinate. Limits, dry friction, spring, damper, force and motor are allowed;
-    /// an armature is not.
+    /// of the first coordinate. Limits, dry friction, spring, damper, force and motor are allowed,
+    /// but nothing that depends on the rate before the step.
     #[must_use]
     pub fn with_drive(self, drive: Drive) -> Self {
         Self { law: Axis::Free(drive), ..self }
@@ -153,9 +153,9 @@ impl Gear {
 
     fn check_law(&self) -> Result<(), Error> {
         self.law.check()?;
-        if self.law.has_armature() {
-            let why = "set the armature of the joints instead";
-            return Err(Error::Unsupported { what: "armature of a gear's drive", why });
+        if self.law.needs_rate() {
+            let what = "armature, static friction, friction curve or restitution of a gear's drive";
+            return Err(Error::Unsupported { what, why: "set that of its joints instead" });
         }
         Ok(())
     }

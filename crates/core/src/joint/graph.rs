@@ -58,7 +58,7 @@ impl ForceSum {
     }
 
     /// Limit of p at u from the right or from the left.
-    fn beside(&self, u: f64, right: bool) -> f64 {
+    pub(super) fn beside(&self, u: f64, right: bool) -> f64 {
         let mut p = self.value - self.slope * u;
         for (at, most) in self.jumps.into_iter().flatten() {
             let is_left = if right { u < at } else { u <= at };

@@ -19,8 +19,12 @@ impl Joint {
             collides: false,
             push: [Vector3::zeros(); 2],
             kick: 1.0,
+            fall: Vector3::zeros(),
+            rebound_rates: [0.0; 2],
+            falls: [0.0; 2],
             moves: false,
-            inverse_inertias: None,
+            inverse_inertias: [[0.0; 3]; 2],
+            is_middle: false,
         }
     }
 

@@ -22,6 +22,7 @@
 mod course;
 mod drive;
 mod frame;
+mod friction_curve;
 mod gear;
 mod gimbal;
 mod graph;
@@ -35,6 +36,7 @@ pub use course::{Course, JointLoad, Knots};
 pub(crate) use drive::AxisStart;
 pub use drive::{Axis, Drive, Motor};
 pub use frame::JointFrame;
+pub use friction_curve::FrictionCurve;
 pub(crate) use gear::angles_near;
 pub use gear::{GEAR_AT_THE_START, Gear, GearAxis};
 pub use gimbal::{Hinges, Middle};
@@ -78,11 +80,19 @@ pub struct Joint {
     pub(crate) push: [Vector3<f64>; 2],
     /// Time over which the drives act in a step, in lengths of the step (eq. 37).
     pub(crate) kick: f64,
+    /// Velocity of A relative to B by the fall that their velocities lack (eq. 37) (m/s, world).
+    pub(crate) fall: Vector3<f64>,
+    /// Rates up to which the linear axes (m/s) and the angular ones (rad/s) do not bounce off their stops, and
+    /// the changes of their rates by gravity in a step.
+    rebound_rates: [f64; 2],
+    falls: [f64; 2],
     /// True if the world frame moves.
     moves: bool,
     /// Inverse inertias of both bodies along the linear axes (1/kg) and about the angular ones
-    /// (1/(kg m²)), if springs and dampers may act at the middle of velocities.
-    inverse_inertias: Option<[[f64; 3]; 2]>,
+    /// (1/(kg m²)).
+    inverse_inertias: [[f64; 3]; 2],
+    /// True if springs and dampers may act at the middle of velocities.
+    is_middle: bool,
 }
 
 /// Type of the relative rotation of a joint's frames.
@@ -260,7 +270,10 @@ impl Joint {
         let (linear, angular) =
             (self.linear.each_ref().map(bare), self.angular.each_ref().map(bare));
         let push = [Vector3::zeros(); 2];
-        Self { frames, linear, angular, push, kick: 1.0, moves: false, ..self.clone() }
+        let (fall, rebound_rates, falls) = (Vector3::zeros(), [0.0; 2], [0.0; 2]);
+        let own = Self { fall, rebound_rates, falls, ..self.clone() };
+        let bare = Self { push, kick: 1.0, moves: false, ..own };
+        Self { frames, linear, angular, ..bare }
     }
 
     /// True if the joint connects `body`.
@@ -301,6 +314,14 @@ impl Joint {
         self.middle.unwrap_or(Middle::STRAIGHT)
     }
 
+    /// Sets the speed (m/s) up to which axes do not bounce off their stops, and the `fall` (m/s) in a step, for
+    /// `bodies`.
+    pub(crate) fn set_rebound(&mut self, speed: f64, fall: f64, bodies: &[RigidBody]) {
+        let length = self.length(bodies);
+        self.rebound_rates = [speed, speed / length];
+        self.falls = [fall, fall / length];
+    }
+
     /// Lets springs and dampers act at the middle of velocities, or at the end of steps
     /// (`is_middle` = false). The inertias are those of free `bodies`, without other joints.
     pub(crate) fn set_middle(&mut self, is_middle: bool, bodies: &[RigidBody]) {
@@ -313,14 +334,12 @@ impl Joint {
                 inverse[1][k] += axis.dot(&(body.inertia_inverse() * axis));
             }
         }
-        self.inverse_inertias = is_middle.then_some(inverse);
+        (self.is_middle, self.inverse_inertias) = (is_middle, inverse);
     }
 
     /// True if the force of an axis depends on its rate before the step.
     pub(crate) fn needs_rates(&self) -> bool {
-        let needs = |axis: &Axis| {
-            axis.has_armature() || axis.sticks() || self.inverse_inertias.is_some() && axis.pulls()
-        };
+        let needs = |axis: &Axis| axis.needs_rate() || self.is_middle && axis.pulls();
         self.linear.iter().chain(&self.angular).any(needs)
     }
 

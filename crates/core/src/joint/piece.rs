@@ -20,6 +20,7 @@ pub(crate) struct AxisChange {
     pub(crate) damping: f64,
     pub(crate) force: f64,
     pub(crate) armature: f64,
+    pub(crate) restitution: f64,
     pub(crate) limits: [f64; 2],
     /// Differentials of the fields of [`Motor`].
     pub(crate) target: f64,
@@ -56,7 +57,7 @@ impl Axis {
     ) -> f64 {
         match self {
             Self::Free(drive) if at.is_vertical => {
-                drive.stop_margin(at.u, start.coordinate, length, time_step)
+                drive.stop_margin(at.u, start, length, time_step)
             }
             _ => f64::INFINITY,
         }
@@ -69,6 +70,7 @@ impl Axis {
     /// stop          u₀ = ℓ (x* − x)/h
     /// spring        s = (k h σ + d τ) c/ℓ,   v = (k (x* − x) + (k h σ' − d τ') ẋ_k) c,   c = h/(M ℓ)
     /// armature      s = I/(M ℓ²),   v = I ẋ_k/(M ℓ)
+    /// stop with a bounce   u₀ = −ℓ e ẋ_k
     /// friction, velocity motor   u₀ = 0 or ℓ times its target,   v = ± f c               (G10)
     /// ```
     pub(crate) fn piece_change(
@@ -85,7 +87,7 @@ impl Axis {
         let (h, x) = (time_step, start.coordinate);
         let longer = change.time_step / h;
         if is_vertical {
-            return PieceChange::Speed(drive.corner_change(u, x, length, h, change));
+            return PieceChange::Speed(drive.corner_change(u, start, length, h, change));
         }
         // c = κ h/(M ℓ). Its change by h is in `longer`.
         let to_impulse = start.kick * h / (unit * length);
@@ -108,12 +110,15 @@ impl Axis {
         projection(spring, (change.stiffness, change.damping, change.rest));
         let mut held = 0.0;
         let side = |is_left: bool| if is_left { 1.0 } else { -1.0 };
-        // Dry friction has one value on each side of the rest. The static one is no argument of derivatives.
-        let (friction, is_static) = drive.friction_at(start.rate)[usize::from(u >= 0.0)];
-        let by_friction = if is_static { 0.0 } else { change.friction };
-        if friction > 0.0 || by_friction != 0.0 {
-            held += side(u < 0.0) * (by_friction + friction * longer);
+        // Dry friction (J24) on this side of the rest. The static one is no argument of derivatives.
+        let friction = drive.friction_at(start.rate, u >= 0.0);
+        let faster = change.rate * rate.signum();
+        let [limit, steeper] = [0, 1]
+            .map(|k| friction.by_friction[k] * change.friction + friction.by_speed[k] * faster);
+        if friction.slope > 0.0 || steeper != 0.0 {
+            projection((0.0, friction.slope, 0.0), (0.0, steeper, 0.0));
         }
+        held += side(u < 0.0) * (limit + friction.limit * longer);
         // A motor within its largest force is a spring or damper, otherwise a constant force.
         match drive.motor {
             None => {}
@@ -155,8 +160,8 @@ impl Axis {
 
 impl Drive {
     /// Smallest change of the speed u (m/s) of a held axis by which its nearest stop meets its dry
-    /// friction or velocity motor. Infinite without both. `x` is the initial coordinate.
-    fn stop_margin(&self, u: f64, x: f64, length: f64, h: f64) -> f64 {
+    /// friction or velocity motor. Infinite without both.
+    fn stop_margin(&self, u: f64, start: &AxisStart, length: f64, h: f64) -> f64 {
         let friction = self.rubs().then_some(0.0);
         let motor = match self.motor {
             Some(Motor::Speed { target, .. }) => Some(target * length),
@@ -165,17 +170,28 @@ impl Drive {
         let nearest = |all: &mut dyn Iterator<Item = f64>| {
             all.map(|at| (at - u).abs()).fold(f64::INFINITY, f64::min)
         };
-        let mut stops = self.limits.into_iter().flatten().map(|limit| length * (limit - x) / h);
+        let mut stops = self.stops(start, h, length).into_iter().flatten().map(|(at, _)| at);
         nearest(&mut stops).max(nearest(&mut friction.into_iter().chain(motor)))
     }
 
     /// Differential δu₀ of the stop, friction or motor at the speed u.
-    fn corner_change(&self, u: f64, x: f64, length: f64, h: f64, change: &AxisChange) -> f64 {
+    fn corner_change(
+        &self,
+        u: f64,
+        start: &AxisStart,
+        length: f64,
+        h: f64,
+        change: &AxisChange,
+    ) -> f64 {
         // Selects the one with the nearest speed.
-        let stops = self.limits.into_iter().flatten().zip(change.limits);
-        let stop = stops.map(|(limit, moved)| {
-            let at = length * (limit - x) / h;
-            (at, length * (moved - change.coordinate) / h - at * change.time_step / h)
+        let stops = self.stops(start, h, length).into_iter().flatten().zip(change.limits);
+        let stop = stops.map(|((at, bounces), moved)| {
+            let change = if bounces {
+                -length * (self.restitution * change.rate + change.restitution * start.arrival)
+            } else {
+                length * (moved - change.coordinate) / h - at * change.time_step / h
+            };
+            (at, change)
         });
         let friction = self.rubs().then_some((0.0, 0.0));
         let motor = match self.motor {

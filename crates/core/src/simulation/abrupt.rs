@@ -469,12 +469,15 @@ impl TakenStep<'_> {
         let still = self.still();
         let kick = bodies().map(|body| world.kick(body)).fold(f64::INFINITY, f64::min);
         let growth = world.impact_accuracy().and_then(|_| self.growth(bodies()));
+        let angles = joint.counted(&now, &force.angles);
+        let starts = joint.starts(self.states, &now, &angles, &world.step_map());
         for (k, axis) in axes().enumerate() {
             let Axis::Free(drive) = axis else { continue };
+            // It comes to a stop, where it rests or bounces.
             let is_at = |limit: f64| (place[k] - limit).abs() <= AT_LIMIT;
-            if drive.limits.is_some_and(|limits| limits.into_iter().any(is_at))
-                && before[k].abs() > still.now
-            {
+            let is_stopped = drive.limits.is_some_and(|limits| limits.into_iter().any(is_at));
+            let start = &starts[k / 3][k % 3];
+            if (is_stopped || drive.bounces(start, h)) && before[k].abs() > still.now {
                 return AxisChange { change: Some(Change::Jump), ..found };
             }
             if !drive.rubs() {
@@ -491,9 +494,7 @@ impl TakenStep<'_> {
                     });
                 found.change = Some(Change::Friction(turn));
             }
-            let angles = joint.counted(&now, &force.angles);
-            let starts = joint.starts(self.states, &now, &angles, &world.step_map());
-            let Some((share, most)) = axis.at_rest(&starts[k / 3][k % 3], h, forces[k]) else {
+            let Some((share, most)) = axis.at_rest(start, h, forces[k]) else {
                 continue;
             };
             found.shares[k] = share;
@@ -514,7 +515,7 @@ impl TakenStep<'_> {
                 share: share.abs(),
                 end: (share + (share - past[k]) * growth).abs(),
                 limit: 1.0,
-                kinetic: drive.friction / drive.friction_at(0.0)[0].0,
+                kinetic: drive.static_friction.map_or(1.0, |limit| drive.friction / limit),
                 change: most * h * response / kick,
                 slip: after[k].abs() * reach,
                 past_slip: before[k].abs() * reach,

@@ -212,10 +212,12 @@ impl World {
     /// [`Error::OutOfRange`] if the speed is outside 0…1000 m/s.
     pub fn with_rebound_speed(self, speed: f64) -> Result<Self, Error> {
         in_range("rebound speed (m/s)", speed, 0.0, 1000.0, "0 to 1000")?;
-        Ok(Self { rebound_speed: Some(speed), ..self })
+        let mut world = Self { rebound_speed: Some(speed), ..self };
+        world.prepare_joints();
+        Ok(world)
     }
 
-    /// Approach speed below which a contact does not bounce (m/s). The default is
+    /// Approach speed below which a contact or a stop of a joint does not bounce (m/s). The default is
     ///
     /// ```text
     /// 2 |g| h,

@@ -26,7 +26,7 @@ pub use super::reshape::extents;
 /// | `Gravity` | g (m/s²), world frame, three components | \|g\| |
 /// | `Ground` | displacement of the ground along its normal (m) | the same |
 /// | `TimeStep` | h (s) | h |
-/// | `JointFriction`, `JointStiffness`, `JointRest`, `JointDamping`, `JointForce`, `Armature` | one per [driven axis](World::driven_axes) | factor on the world's |
+/// | `JointFriction`, `JointStiffness`, `JointRest`, `JointDamping`, `JointForce`, `Armature`, `JointRestitution` | one per [driven axis](World::driven_axes) | factor on the world's |
 /// | `JointLimits` | lower and upper limit of each [limited axis](World::limited_axes), (L, 2) | factor on the world's |
 /// | `MotorTarget`, `MotorStiffness`, `MotorDamping`, `MotorMaxForce` | one per [motor](World::motors) | factor on the world's |
 /// | `Anchor` | anchors of each joint in A and in B (m), (J, 2, 3) | factor on the world's |
@@ -82,6 +82,8 @@ pub enum Constant {
     JointForce,
     /// Armature of each driven axis (kg or kg m²).
     Armature,
+    /// Restitution of the stops of each driven axis.
+    JointRestitution,
     /// Lower and upper limit of each [limited axis](World::limited_axes) (m or rad). The lower
     /// limit of a cone stays 0.
     JointLimits,
@@ -104,7 +106,7 @@ pub enum Constant {
 
 impl Constant {
     /// All constants.
-    pub const ALL: [Self; 34] = [
+    pub const ALL: [Self; 35] = [
         Self::Friction,
         Self::Restitution,
         Self::Coefficient(Coefficient::StaticFriction),
@@ -131,6 +133,7 @@ impl Constant {
         Self::JointDamping,
         Self::JointForce,
         Self::Armature,
+        Self::JointRestitution,
         Self::JointLimits,
         Self::MotorTarget,
         Self::MotorStiffness,
@@ -167,6 +170,7 @@ impl Constant {
             Self::JointDamping => "joint_damping",
             Self::JointForce => "joint_force",
             Self::Armature => "armature",
+            Self::JointRestitution => "joint_restitution",
             Self::JointLimits => "joint_limits",
             Self::MotorTarget => "motor_target",
             Self::MotorStiffness => "motor_stiffness",

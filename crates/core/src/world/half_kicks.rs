@@ -37,6 +37,12 @@ impl World {
         };
         let kicks: Vec<_> = self.joints.iter().map(of_joint).collect();
         self.set_kicks(|joint| kicks[joint]);
+        let fall = |joint: &Joint| {
+            let other = joint.other().map_or(Vector3::zeros(), |body| self.missing_fall(body));
+            self.missing_fall(joint.body()) - other
+        };
+        let falls: Vec<_> = self.joints.iter().map(fall).collect();
+        self.joints.iter_mut().zip(falls).for_each(|(joint, fall)| joint.fall = fall);
     }
 
     /// Copy without what moves bodies at rest besides gravity: drives, loads of joints and surfaces.
@@ -53,6 +59,7 @@ impl World {
         if !self.before.is_empty() {
             self.before.clear();
             self.set_kicks(|_| 1.0);
+            self.joints.iter_mut().for_each(|joint| joint.fall = Vector3::zeros());
         }
     }
 

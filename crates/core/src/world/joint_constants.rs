@@ -107,6 +107,7 @@ impl Constant {
                     | Self::JointDamping
                     | Self::JointForce
                     | Self::Armature
+                    | Self::JointRestitution
                     | Self::JointLimits
             )
     }
@@ -167,6 +168,7 @@ impl Constant {
             Self::JointDamping => drive.damping,
             Self::JointForce => drive.force,
             Self::Armature => drive.armature,
+            Self::JointRestitution => drive.restitution,
             Self::MotorTarget => target,
             Self::MotorStiffness => stiffness,
             Self::MotorDamping => damping,
@@ -183,6 +185,7 @@ impl Constant {
             (Self::JointDamping, _) => drive.damping = number,
             (Self::JointForce, _) => drive.force = number,
             (Self::Armature, _) => drive.armature = number,
+            (Self::JointRestitution, _) => drive.restitution = number,
             (
                 Self::MotorTarget,
                 Some(

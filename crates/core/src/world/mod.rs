@@ -295,7 +295,7 @@ impl World {
         self.apart.dedup();
         self.rigid = self.rigid_groups(&joints);
         self.joints = joints;
-        self.set_middles();
+        self.prepare_joints();
         self
     }
 
@@ -350,7 +350,7 @@ impl World {
         let Self { parameters, reach, speed_scale, .. } = Self::new(parameters)?;
         let friction = parameters.friction;
         let mut world = Self { parameters, reach, speed_scale, ..self.clone() };
-        world.set_middles();
+        world.prepare_joints();
         world.with_coefficient(Coefficient::Friction, friction)
     }
 
@@ -393,7 +393,7 @@ impl World {
     #[must_use]
     pub fn with_integrator(self, integrator: Integrator) -> Self {
         let mut world = Self { integrator, ..self };
-        world.set_middles();
+        world.prepare_joints();
         world
     }
 
@@ -518,7 +518,7 @@ impl World {
         let whole = self.whole_step();
         self.parameters.time_step = span.map_or(whole, |span| span.length);
         self.part = span.map(|span| Part { span, whole });
-        self.set_middles();
+        self.prepare_joints();
     }
 
     /// Part of the time step that is [set](World::set_span).
@@ -546,11 +546,15 @@ impl World {
         }
     }
 
-    /// Sets in all joints when their springs and dampers act.
-    fn set_middles(&mut self) {
+    /// Sets in all joints when their springs and dampers act, and from which speed their stops bounce.
+    pub(super) fn prepare_joints(&mut self) {
         let is_middle = self.integrator == Integrator::Leapfrog;
+        let (speed, fall) = (self.rebound_speed(), self.gravity().norm() * self.time_step());
         let Self { joints, parameters, .. } = self;
-        joints.iter_mut().for_each(|joint| joint.set_middle(is_middle, &parameters.bodies));
+        for joint in joints {
+            joint.set_middle(is_middle, &parameters.bodies);
+            joint.set_rebound(speed, fall, &parameters.bodies);
+        }
     }
 
     /// Meaning of the velocities of a run; [`Integrator::usual`] by default.

@@ -12,5 +12,6 @@ mod driven;
 mod gears;
 mod gimbals;
 mod joints;
+mod laws_of_axes;
 mod mechanisms;
 mod sums;

@@ -272,7 +272,10 @@ fn invalid_sums_are_rejected() {
         let error = world.clone().with_gears(vec![gear.with_drive(drive)]).unwrap_err().to_string();
         assert!(error.contains(why), "{error}");
     };
-    refused(Drive { armature: 0.1, ..Drive::NONE }, "armature of a gear's drive");
+    refused(
+        Drive { armature: 0.1, ..Drive::NONE },
+        "armature, static friction, friction curve or restitution of a gear",
+    );
     refused(Drive { stiffness: -1.0, ..Drive::NONE }, "stiffness of a joint");
     refused(Drive { limits: Some([1.0, 0.0]), ..Drive::NONE }, "upper limit");
 }

@@ -4,8 +4,8 @@
 //! Equation numbers are those of `docs/joints.md`.
 
 use super::{
-    Axis, AxisStart, Coordinates, Joint, JointAxis, JointForce, JointFrame, JointResidual, Turn,
-    TurnKind, aside, between, largest, rotation,
+    Axis, AxisRates, AxisStart, Coordinates, Joint, JointAxis, JointForce, JointFrame,
+    JointResidual, Turn, TurnKind, aside, between, largest, rotation,
 };
 use crate::kinematics::StepMap;
 use crate::mechanics::{RigidBody, State, Wrench};
@@ -317,8 +317,9 @@ impl JointMotion {
         };
         // Coordinates and rates with which the step begins.
         let turned = joint.turned(before, came, at, angles);
-        let (rates, turning) = ((at.place - before.place) / h, turned / h);
-        let [places, turns] = joint.starts_at(at, angles, &rates, &turning);
+        let along = (at.place - before.place) / h;
+        let rates = AxisRates { along, about: turned / h, fall: joint.fall_along(states) };
+        let [places, turns] = joint.starts_at(at, angles, &rates);
         let length = joint.length(bodies);
         // u = x⁺/h of a locked slide, (x⁺ − x)/h of a driven one.
         for (k, axis) in joint.linear.iter().enumerate() {

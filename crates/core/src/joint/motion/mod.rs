@@ -52,6 +52,17 @@ pub struct JointResidual {
     pub drive: f64,
 }
 
+/// Rates of the axes of a joint before a step.
+#[derive(Debug, Clone, Copy, Default)]
+struct AxisRates {
+    /// Of the position (m/s).
+    along: Vector3<f64>,
+    /// Of the rotation (rad/s).
+    about: Vector3<f64>,
+    /// Fall along the linear axes that the velocities lack (m/s).
+    fall: Vector3<f64>,
+}
+
 impl Joint {
     /// Frames of both sides in the world at `states`.
     fn placed(&self, states: &[State]) -> Option<[JointFrame; 2]> {
@@ -186,7 +197,7 @@ impl Joint {
         if self.needs_rates() {
             self.starts_with_rates(states, at, angles, map)
         } else {
-            self.starts_at(at, angles, &Vector3::zeros(), &Vector3::zeros())
+            self.starts_at(at, angles, &Default::default())
         }
     }
 
@@ -201,10 +212,19 @@ impl Joint {
     ) -> [[AxisStart; 3]; 2] {
         let rates = self.coasted(states, &map.over(-map.time_step)).map(|before| {
             let turned = self.turned(&before, &self.counted(&before, angles), at, angles);
-            ((at.place - before.place) / map.time_step, turned / map.time_step)
+            let along = (at.place - before.place) / map.time_step;
+            AxisRates { along, about: turned / map.time_step, fall: self.fall_along(states) }
         });
-        let (rates, turning) = rates.unwrap_or_default();
-        self.starts_at(at, angles, &rates, &turning)
+        self.starts_at(at, angles, &rates.unwrap_or_default())
+    }
+
+    /// Velocity by the missing fall along the linear axes (m/s).
+    fn fall_along(&self, states: &[State]) -> Vector3<f64> {
+        if self.fall == Vector3::zeros() {
+            return self.fall;
+        }
+        let frame = self.placed(states).map(|[_, b]| rotation(&b.attitude));
+        frame.map_or(Vector3::zeros(), |frame| frame.tr_mul(&self.fall))
     }
 
     /// Change of each angular axis from `at` to `end` (rad), given their [angles](Joint::counted).
@@ -223,29 +243,30 @@ impl Joint {
         turn.fixed_rows::<3>(1) * (2.0_f64).copysign(turn[0])
     }
 
-    /// Axis states at known rates of the position (m/s) and of the rotation (rad/s).
+    /// Axis states at known rates.
     fn starts_at(
         &self,
         at: &Coordinates,
         angles: &Vector3<f64>,
-        rates: &Vector3<f64>,
-        turns: &Vector3<f64>,
+        rates: &AxisRates,
     ) -> [[AxisStart; 3]; 2] {
-        let along = |k: usize| AxisStart {
-            coordinate: at.place[k],
-            rate: rates[k],
-            inverse_inertia: self.inverse_inertias.map(|inverse| inverse[0][k]),
-            push: self.push[0][k],
-            kick: self.kick,
+        let parts =
+            [(&at.place, &rates.along, rates.fall), (angles, &rates.about, Vector3::zeros())];
+        let axis = |part: usize, k: usize| {
+            let (coordinates, rates, fall) = &parts[part];
+            AxisStart {
+                coordinate: coordinates[k],
+                rate: rates[k],
+                arrival: rates[k] + fall[k],
+                rebound_rate: self.rebound_rates[part],
+                fall: self.falls[part],
+                inverse_inertia: self.inverse_inertias[part][k],
+                is_middle: self.is_middle,
+                push: self.push[part][k],
+                kick: self.kick,
+            }
         };
-        let about = |k: usize| AxisStart {
-            coordinate: angles[k],
-            rate: turns[k],
-            inverse_inertia: self.inverse_inertias.map(|inverse| inverse[1][k]),
-            push: self.push[1][k],
-            kick: self.kick,
-        };
-        [std::array::from_fn(along), std::array::from_fn(about)]
+        [0, 1].map(|part| std::array::from_fn(|k| axis(part, k)))
     }
 
     /// Coordinates after both bodies coasted with their velocities over the step `map`.

@@ -2,7 +2,7 @@
 //! marked as unphysical.
 
 use super::made;
-use super::random::{Numbers, geared, mechanism, smooth, uneven};
+use super::random::{Numbers, geared, mechanism, smooth, uneven, with_more_laws};
 use crate::campaign::size;
 use crate::common::prelude::*;
 use std::time::Instant;
@@ -32,14 +32,25 @@ const ALLOWED: (f64, f64) = (2e-3, 1e-6);
 const ALLOWED_UNEVEN: (f64, f64) = (1e-2, 1e-5);
 
 fn run(seeds: std::ops::Range<u64>, steps: usize, is_uneven: bool) -> Tally {
-    let (part, rest) = if is_uneven { ALLOWED_UNEVEN } else { ALLOWED };
+    let changed = |world: World, bars: &[usize], numbers: &mut Numbers| {
+        if is_uneven { uneven(&world, bars, numbers) } else { world }
+    };
+    let allowed = if is_uneven { ALLOWED_UNEVEN } else { ALLOWED };
+    run_changed(seeds, steps, changed, allowed)
+}
+
+/// Runs random mechanisms that are `changed`.
+fn run_changed(
+    seeds: std::ops::Range<u64>,
+    steps: usize,
+    changed: impl Fn(World, &[usize], &mut Numbers) -> World,
+    (part, rest): (f64, f64),
+) -> Tally {
     let mut tally = Tally::default();
     for seed in seeds {
         let mut numbers = Numbers(seed);
-        let (mut world, states, bars) = mechanism(&mut numbers);
-        if is_uneven {
-            world = uneven(&world, &bars, &mut numbers);
-        }
+        let (world, states, bars) = mechanism(&mut numbers);
+        let world = changed(world, &bars, &mut numbers);
         let Ok(mut simulation) = Simulation::new(world.clone(), states, Motion::native(&world))
         else {
             // Some mechanisms overlap at the start.
@@ -138,6 +149,16 @@ fn random_mechanisms_are_certified_and_make_no_energy() {
 fn a_hundred_thousand_steps_are_certified_and_make_no_energy() {
     let tally = run(1000..1900, 300, false);
     assert!(tally.pressed > 100_000, "{tally:?}");
+    judge(&tally);
+}
+
+/// Checks the same for stops that bounce and friction over the speed.
+#[test]
+#[ignore = "minutes"]
+fn more_laws_of_axes_make_no_energy() {
+    let changed = |world, _: &[usize], numbers: &mut Numbers| with_more_laws(world, numbers);
+    let tally = run_changed(0..900, 150, changed, ALLOWED);
+    assert!(tally.steps > 100_000, "{tally:?}");
     judge(&tally);
 }
 

@@ -5,6 +5,7 @@ use super::{at_rest, frames, laid, parameters, rod};
 use crate::common::prelude::*;
 use nalgebra::Matrix4;
 use std::f64::consts::{PI, TAU};
+use tumble_core::joint::FrictionCurve;
 
 /// Random numbers between 0 and 1, the same in every run.
 pub struct Numbers(pub u64);
@@ -303,6 +304,23 @@ pub fn uneven(world: &World, bars: &[usize], numbers: &mut Numbers) -> World {
     let joints = world.joints().to_vec();
     let world = euler(parameters(bodies, world.time_step()));
     smooth(world.with_joints(joints).unwrap(), bars)
+}
+
+/// The same mechanism with restitution at the stops and friction over the speed on about half of its axes.
+pub fn with_more_laws(world: World, numbers: &mut Numbers) -> World {
+    let mut joints = world.joints().to_vec();
+    for (joint, axis) in world.driven_axes() {
+        let mut drive = *joints[joint].drive(axis).unwrap();
+        if drive.limits.is_some() {
+            drive.restitution = numbers.between(-1.0, 1.0).max(0.0);
+        }
+        if numbers.next() < 0.5 {
+            let points = [0.0, 1.0, 4.0].map(|speed| [speed, numbers.between(0.0, 2.0)]);
+            drive.friction_curve = Some(FrictionCurve::new(&points).unwrap());
+        }
+        joints[joint] = joints[joint].clone().with_drive(axis, drive).unwrap();
+    }
+    world.with_joints(joints).unwrap()
 }
 
 /// The same mechanism with gears between random coordinates, some of them with a drive on their sum.

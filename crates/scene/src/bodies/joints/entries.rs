@@ -3,7 +3,7 @@
 use crate::bodies::entries::AttitudeEntry;
 use crate::bodies::place::Place;
 use serde::{Deserialize, Serialize};
-use tumble_core::joint::{Drive, Middle};
+use tumble_core::joint::{Drive, FrictionCurve, Middle};
 use tumble_model::fields::{Exactly, Numbers};
 use tumble_model::joint::JointKind;
 
@@ -20,10 +20,15 @@ macro_rules! with_drive {
             pub start: Option<f64>,
             /// Hard stops (m or rad).
             pub limits: Option<Numbers<2>>,
+            /// Coefficient of restitution of the stops.
+            pub restitution: Option<f64>,
             /// Dry friction (N or N m).
             pub friction: Option<f64>,
             /// Static friction (N or N m).
             pub static_friction: Option<f64>,
+            /// Factor of the friction over the speed: points of a speed (m/s or rad/s) and a factor.
+            #[cfg_attr(feature = "schema", schemars(with = "Option<Vec<[f64; 2]>>"))]
+            pub friction_curve: Option<FrictionCurve>,
             /// Stiffness of a spring (N/m or N m/rad).
             pub stiffness: Option<f64>,
             /// Rest coordinate of the spring (m or rad).
@@ -132,13 +137,15 @@ impl BodyNames {
 impl JointEntry {
     /// Drive of the only axis.
     pub(super) fn drive(&self) -> DriveEntry {
-        let Self { start, limits, friction, static_friction, stiffness, .. } = *self;
-        let Self { rest, damping, force, armature, .. } = *self;
+        let Self { start, limits, restitution, friction, static_friction, .. } = *self;
+        let Self { friction_curve, stiffness, rest, damping, force, armature, .. } = *self;
         DriveEntry {
             start,
             limits,
+            restitution,
             friction,
             static_friction,
+            friction_curve,
             stiffness,
             rest,
             damping,
@@ -154,8 +161,10 @@ impl From<&Drive> for DriveEntry {
         Self {
             start: None,
             limits: drive.limits.map(Exactly),
+            restitution: some(drive.restitution),
             friction: some(drive.friction),
             static_friction: drive.static_friction,
+            friction_curve: drive.friction_curve,
             stiffness: some(drive.stiffness),
             rest: some(drive.rest),
             damping: some(drive.damping),
@@ -171,8 +180,10 @@ impl DriveEntry {
         let given = [
             ("start", self.start.is_some()),
             ("limits", self.limits.is_some()),
+            ("restitution", self.restitution.is_some()),
             ("friction", self.friction.is_some()),
             ("static_friction", self.static_friction.is_some()),
+            ("friction_curve", self.friction_curve.is_some()),
             ("stiffness", self.stiffness.is_some()),
             ("rest", self.rest.is_some()),
             ("damping", self.damping.is_some()),
@@ -186,8 +197,10 @@ impl DriveEntry {
         let or_none = |value: Option<f64>| value.unwrap_or(0.0);
         Drive {
             limits: self.limits.map(|limits| limits.0),
+            restitution: or_none(self.restitution),
             friction: or_none(self.friction),
             static_friction: self.static_friction,
+            friction_curve: self.friction_curve,
             stiffness: or_none(self.stiffness),
             rest: or_none(self.rest),
             damping: or_none(self.damping),

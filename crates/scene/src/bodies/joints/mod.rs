@@ -54,10 +54,12 @@ impl JointEntry {
     pub fn set_drive(&mut self, axis: &str, drive: &Drive) {
         let entry = DriveEntry::from(drive);
         if self.kind.driven().len() == 1 {
-            let DriveEntry { limits, friction, static_friction, stiffness, .. } = entry;
-            let DriveEntry { rest, damping, force, armature, .. } = entry;
-            let own = Self { limits, friction, static_friction, stiffness, ..std::mem::take(self) };
-            *self = Self { rest, damping, force, armature, start: None, ..own };
+            let DriveEntry { limits, restitution, friction, static_friction, .. } = entry;
+            let DriveEntry { friction_curve, stiffness, rest, damping, force, armature, .. } =
+                entry;
+            let stops = Self { limits, restitution, start: None, ..std::mem::take(self) };
+            let rubbing = Self { friction, static_friction, friction_curve, ..stops };
+            *self = Self { stiffness, rest, damping, force, armature, ..rubbing };
             return;
         }
         let table = match axis {

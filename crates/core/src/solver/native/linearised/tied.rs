@@ -128,6 +128,7 @@ impl TiedRowLaw {
             damping: number(Constant::JointDamping),
             force: number(Constant::JointForce),
             armature: number(Constant::Armature),
+            restitution: number(Constant::JointRestitution),
             limits: [limit(0), limit(1)],
             target: number(Constant::MotorTarget),
             motor_stiffness: number(Constant::MotorStiffness),
