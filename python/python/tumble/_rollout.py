@@ -157,7 +157,7 @@ def rollout(
           ``pair_friction``, ``pair_restitution``, ``static_friction``, ``rolling_friction``,
           ``torsional_friction``, ``adhesion`` (N), ``friction_factor``: (B, number of coefficients in the scene);
         - ``joint_friction``, ``joint_stiffness``, ``joint_rest``, ``joint_damping``,
-          ``joint_force`` and ``armature`` (B, D);
+          ``joint_force``, ``armature`` and ``joint_restitution`` (B, D);
         - ``joint_limits`` (B, L, 2) of the axes that have limits;
         - ``motor_target``, ``motor_stiffness``, ``motor_damping``, ``motor_max_force`` (B, M);
         - ``anchor`` (B, J, 2, 3), ``gear_ratio`` and ``gear_offset`` (B, G).

@@ -141,19 +141,20 @@ impl Drive {
         self.static_friction.unwrap_or(self.friction * factor)
     }
 
-    /// Speeds u at the lower and the upper stop in a step of `time_step` (s) from `start`, each with true if the
-    /// axis bounces off it. It then leaves the stop at −e times its speed before, as in (29) of
-    /// `docs/formulation.md`; otherwise it can just reach it. An axis bounces if it may come to the stop under
-    /// its own forces and gravity.
+    /// Speeds u at the lower and the upper stop in a step of `time_step` (s) from `start`, each with the index
+    /// of the limit that the axis just reaches, or `None` if it bounces off: it then leaves the stop at −e times
+    /// its speed before, as in (29) of `docs/formulation.md`. An axis bounces if it may come to the stop under its
+    /// own forces and gravity.
     pub(super) fn stops(
         &self,
         start: &AxisStart,
         time_step: f64,
         length: f64,
-    ) -> Option<[(f64, bool); 2]> {
+    ) -> Option<[(f64, Option<usize>); 2]> {
         let [low, high] = self.limits?.map(|limit| length * (limit - start.coordinate) / time_step);
+        let reached = [(low, Some(0)), (high, Some(1))];
         if self.restitution == 0.0 || start.arrival.abs() <= start.rebound_rate {
-            return Some([(low, false), (high, false)]);
+            return Some(reached);
         }
         let came = length * start.arrival;
         let left = -self.restitution * came;
@@ -164,11 +165,11 @@ impl Drive {
             * self.forces(start, time_step, length, 1.0).beside(came, true);
         let fall = length * start.fall;
         Some(if came < 0.0 && came + pushed - fall <= low && left > low {
-            [(left.min(high), left < high), (high, false)]
+            [if left < high { (left, None) } else { reached[1] }, reached[1]]
         } else if came > 0.0 && came + pushed + fall >= high && left < high {
-            [(low, false), (left.max(low), left > low)]
+            [reached[0], if left > low { (left, None) } else { reached[0] }]
         } else {
-            [(low, false), (high, false)]
+            reached
         })
     }
 
@@ -233,7 +234,7 @@ impl Drive {
     /// True if the axis bounces off a stop in a step of `time_step` (s) from `start`.
     pub(crate) fn bounces(&self, start: &AxisStart, time_step: f64) -> bool {
         let stops = self.stops(start, time_step, 1.0);
-        stops.is_some_and(|stops| stops.into_iter().any(|(_, bounces)| bounces))
+        stops.is_some_and(|stops| stops.map(|(_, limit)| limit) != [Some(0), Some(1)])
     }
 
     /// Drive of an interval whose drive changed from `before`: forces, targets and force limits act with

@@ -184,12 +184,15 @@ impl Drive {
         change: &AxisChange,
     ) -> f64 {
         // Selects the one with the nearest speed.
-        let stops = self.stops(start, h, length).into_iter().flatten().zip(change.limits);
-        let stop = stops.map(|((at, bounces), moved)| {
-            let change = if bounces {
-                -length * (self.restitution * change.rate + change.restitution * start.arrival)
-            } else {
-                length * (moved - change.coordinate) / h - at * change.time_step / h
+        let stops = self.stops(start, h, length).into_iter().flatten();
+        let stop = stops.map(|(at, limit)| {
+            let change = match limit {
+                Some(k) => {
+                    length * (change.limits[k] - change.coordinate) / h - at * change.time_step / h
+                }
+                None => {
+                    -length * (self.restitution * change.rate + change.restitution * start.arrival)
+                }
             };
             (at, change)
         });

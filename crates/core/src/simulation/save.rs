@@ -38,7 +38,7 @@ pub struct Saved {
 /// Magic word at the start of the bytes.
 const MAGIC: [u8; 8] = *b"tumble-l";
 /// Format number. It changes with the meaning of the content.
-const FORMAT: u32 = 17;
+const FORMAT: u32 = 18;
 /// Length of magic word, format number and length field (bytes).
 const HEADER: usize = 8 + 4 + 8;
 /// Length of the checksum (bytes).

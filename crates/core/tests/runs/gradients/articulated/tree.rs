@@ -238,7 +238,9 @@ impl Draw {
         Drive {
             limits: has_limits.then_some(limits),
             friction: friction * force,
+            restitution: 0.0,
             static_friction: None,
+            friction_curve: None,
             stiffness: stiffness * force / coordinate,
             rest: 0.2 * self.unit() * coordinate,
             damping: self.within(0.02, 0.1) * force / speed,
