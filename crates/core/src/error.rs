@@ -59,6 +59,12 @@ pub enum Error {
         /// The two bodies, or a body and fixed geometry.
         between: (Partner, Partner),
     },
+    /// Owner of a [friction axis](crate::world::World::with_friction_axis_in) in the frame of a body to which no
+    /// joints connect it.
+    LooseFrictionAxis {
+        /// The owner.
+        owner: Partner,
+    },
     /// A joint whose constraints are violated at the start.
     JointApart {
         /// Index of the joint.
@@ -208,6 +214,11 @@ impl Error {
                  remove the axis of one, or exclude their contact",
                 names.partner(*first),
                 names.partner(*second)
+            ),
+            Self::LooseFrictionAxis { owner } => format!(
+                "the axis of friction of {} is in the frame of a body to which no joints connect it; \
+                 connect them by joints",
+                names.partner(*owner)
             ),
             Self::JointApart { joint, place, turn, allowed } => format!(
                 "{} is {place:.3e} m and {turn:.3e} rad off at the start; allowed: {allowed:.0e} \

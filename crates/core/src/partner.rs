@@ -52,8 +52,10 @@ pub struct ContactLaw {
 /// Friction of a surface that depends on the direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrictionAxis {
-    /// Unit vector (body frame, or world frame for fixed geometry).
+    /// Unit vector in the frame of `body`; `None` for the frame of the owner, the world for fixed geometry.
     pub direction: Vector3<f64>,
+    /// The other body.
+    pub body: Option<usize>,
     /// Coefficient along the axis, over the one across it.
     pub factor: f64,
 }

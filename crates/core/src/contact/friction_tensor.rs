@@ -1,6 +1,6 @@
 //! Friction that depends on the direction.
 //!
-//! The surface of one owner has an axis a, with the factor s of friction along it. With its part a_t in the
+//! The surface of one owner has an axis a, fixed in it or in a body to which joints connect it, with the factor s of friction along it. With its part a_t in the
 //! tangent plane at the start of the step, the tensor
 //!
 //! ```text
@@ -16,7 +16,6 @@
 use super::Contact;
 use crate::mechanics::State;
 use crate::mechanics::quaternion::rotation;
-use crate::partner::Partner;
 use crate::world::World;
 use nalgebra::{Matrix3, Vector3};
 
@@ -44,10 +43,10 @@ impl Contact {
 
     fn tensor(&self, world: &World, states: &[State]) -> Option<FrictionTensor> {
         let index = world.friction_axis_between(self.key.body, self.key.partner)?;
-        let (owner, of) = &world.friction_axes()[index];
-        let axis = match owner {
-            Partner::Body(body) => rotation(&states[*body].attitude) * of.direction,
-            Partner::Ground | Partner::Fixed(_) => of.direction,
+        let of = &world.friction_axes()[index].1;
+        let axis = match world.body_of_friction_axis(index) {
+            Some(body) => rotation(&states[body].attitude) * of.direction,
+            None => of.direction,
         };
         let normal = self.normal();
         let across = axis - normal * normal.dot(&axis);

@@ -33,6 +33,9 @@ pub(super) fn check(
         if let Some(between) = world.touching_friction_axes() {
             return Err(Error::FrictionAxes { between });
         }
+        if let Some(owner) = world.loose_friction_axis() {
+            return Err(Error::LooseFrictionAxis { owner });
+        }
         check_ground(world, states, &asked)?;
     }
     if let Some(Overlap { depth, allowed, between }) =

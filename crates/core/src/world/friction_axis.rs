@@ -23,19 +23,64 @@ impl World {
         direction: Vector3<f64>,
         factor: f64,
     ) -> Result<Self, Error> {
+        self.add_friction_axis(of, FrictionAxis { direction, body: None, factor })?;
+        Ok(self)
+    }
+
+    /// Returns this world with a [friction axis](World::with_friction_axis) on the surface of `of` whose
+    /// `direction` is fixed in the frame of `body`, to which joints connect the owner: for a mecanum wheel the
+    /// direction of the rollers at the ground, in the frame of the chassis.
+    ///
+    /// # Errors
+    /// Those of [`World::with_friction_axis`]. [`World::check_start`] refuses a body without a joint to the owner.
+    pub fn with_friction_axis_in(
+        mut self,
+        of: Partner,
+        body: usize,
+        direction: Vector3<f64>,
+        factor: f64,
+    ) -> Result<Self, Error> {
+        self.check_owner("body of a friction axis", Partner::Body(body))?;
+        self.add_friction_axis(of, FrictionAxis { direction, body: Some(body), factor })?;
+        Ok(self)
+    }
+
+    fn add_friction_axis(&mut self, of: Partner, axis: FrictionAxis) -> Result<(), Error> {
         let known = of == Partner::Ground && self.ground().is_some();
         if !known {
             self.check_owner("owner of a friction axis", of)?;
         }
-        all_in_range("friction axis", &direction, -1e6, 1e6, "-1e6 to 1e6")?;
-        let length = direction.norm();
+        all_in_range("friction axis", &axis.direction, -1e6, 1e6, "-1e6 to 1e6")?;
+        let length = axis.direction.norm();
         in_range("length of the friction axis", length, 1e-6, 2e6, "1e-6 to 2e6")?;
-        let axis = FrictionAxis { direction: direction / length, factor: checked(factor)? };
+        let (direction, factor) = (axis.direction / length, checked(axis.factor)?);
+        let axis = FrictionAxis { direction, factor, ..axis };
         match self.friction_axes.binary_search_by(|(owner, _)| owner.cmp(&of)) {
             Ok(place) => self.friction_axes[place].1 = axis,
             Err(place) => self.friction_axes.insert(place, (of, axis)),
         }
-        Ok(self)
+        Ok(())
+    }
+
+    /// Owner of an axis in the frame of a body to which no joints connect it.
+    pub(crate) fn loose_friction_axis(&self) -> Option<Partner> {
+        let is_tied = |owner: Partner, body: usize| {
+            let Some(first) = owner.body() else { return false };
+            let mut known = vec![first];
+            let mut next = 0;
+            while let Some(&at) = known.get(next) {
+                next += 1;
+                for joint in self.joints().iter().filter(|joint| joint.ties(at)) {
+                    let ends = [Some(joint.body()), joint.other()].into_iter().flatten();
+                    let new = ends.filter(|end| !known.contains(end)).collect::<Vec<_>>();
+                    known.extend(new);
+                }
+            }
+            known.contains(&body)
+        };
+        let mut axes = self.friction_axes.iter();
+        let loose = axes.find(|(of, axis)| axis.body.is_some_and(|body| !is_tied(*of, body)));
+        loose.map(|(of, _)| *of)
     }
 
     /// Owners whose surface has an axis, sorted, in the order of [`Constant::FrictionFactor`](super::Constant::FrictionFactor).
@@ -72,13 +117,26 @@ impl World {
         Ok(())
     }
 
-    /// Axes without the owners that `owner` leaves out.
+    /// Axes without the owners and the bodies that `owner` leaves out.
     pub(super) fn renumbered_axes(
         &self,
         owner: impl Fn(Partner) -> Option<Partner>,
     ) -> Vec<(Partner, FrictionAxis)> {
         let axes = self.friction_axes.iter();
-        axes.filter_map(|(of, axis)| Some((owner(*of)?, *axis))).collect()
+        let body = |body: Option<usize>| match body {
+            Some(body) => Some(owner(Partner::Body(body))?.body()),
+            None => Some(None),
+        };
+        let kept = |(of, axis): &(Partner, FrictionAxis)| {
+            Some((owner(*of)?, FrictionAxis { body: body(axis.body)?, ..*axis }))
+        };
+        axes.filter_map(kept).collect()
+    }
+
+    /// Body in whose frame an axis is; `None` for the world.
+    pub(crate) fn body_of_friction_axis(&self, index: usize) -> Option<usize> {
+        let (owner, axis) = self.friction_axes.get(index)?;
+        axis.body.or(owner.body())
     }
 
     /// Owner of the number at `index` of [`Constant::FrictionFactor`](super::Constant::FrictionFactor).

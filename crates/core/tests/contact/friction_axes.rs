@@ -393,3 +393,73 @@ fn random_steps_with_all_laws_are_solved() {
     println!("{steps} steps, {failed} failed");
     assert!(failed * 10_000 <= steps, "{failed} of {steps}");
 }
+
+/// World of a vehicle of 5 kg on four mecanum wheels with a radius of 5 cm at the given spins (rad/s), with its
+/// start. The rollers of wheel i run freely along (1, −σᵢ), σ = (−1, 1, 1, −1), in the frame of the chassis.
+fn mecanum(spins: [f64; 4]) -> (World, Vec<State>) {
+    const RADIUS: f64 = 0.05;
+    let chassis = RigidBody::solid_box(4.0, Vector3::new(0.2, 0.15, 0.02)).unwrap();
+    let wheel = RigidBody::solid(0.25, &[Piece::sphere(RADIUS).unwrap()]).unwrap().0;
+    let mut bodies = vec![chassis];
+    bodies.extend(std::iter::repeat_n(wheel, 4));
+    let places = [(0.2, 0.15), (0.2, -0.15), (-0.2, 0.15), (-0.2, -0.15)];
+    let axle = |anchor| JointFrame::along(anchor, Vector3::y()).unwrap();
+    let joint = |(wheel, (x, y)): (usize, (f64, f64))| {
+        let motor = Motor::Speed { target: spins[wheel], max_force: 10.0 };
+        let drive = Drive { motor: Some(motor), ..Drive::NONE };
+        let frames = [axle(Vector3::zeros()), axle(Vector3::new(x, y, 0.0))];
+        Joint::revolute(1 + wheel, Some(0), frames, drive)
+    };
+    let joints = places.into_iter().enumerate().map(joint).collect();
+    let mut world = world(bodies, Vector3::z(), 1e-3).with_joints(joints).unwrap();
+    let mut states = vec![State::at_rest(Vector3::z() * RADIUS)];
+    for (wheel, sign) in [-1.0, 1.0, 1.0, -1.0].into_iter().enumerate() {
+        let (x, y) = places[wheel];
+        states.push(State::at_rest(Vector3::new(x, y, RADIUS)));
+        let runs = Vector3::new(1.0, -sign, 0.0);
+        world = world.with_friction_axis_in(Partner::Body(1 + wheel), 0, runs, 0.001).unwrap();
+        for other in 0..wheel {
+            world = world.with_apart(1 + wheel, Partner::Body(1 + other)).unwrap();
+        }
+    }
+    (world, states)
+}
+
+/// A vehicle on mecanum wheels drives forwards, sideways, turns on the spot and along a circle by its wheels' spins alone.
+/// A wheel that does not slip along the axes of its rollers, (1, σ), satisfies (v_x − Ω y − R s) + σ (v_y + Ω x) = 0.
+#[test]
+fn mecanum_wheels_drive_in_any_direction() {
+    let places = [(0.2, 0.15), (0.2, -0.15), (-0.2, 0.15), (-0.2, -0.15)];
+    let sign = [-1.0, 1.0, 1.0, -1.0];
+    for motion in [[0.3, 0.0, 0.0], [0.0, 0.3, 0.0], [0.0, 0.0, 0.5], [0.1, 0.2, 0.4]] {
+        let [ahead, aside, turning] = motion;
+        let spin = |wheel: usize| {
+            let (x, y) = places[wheel];
+            (ahead - turning * y + sign[wheel] * (aside + turning * x)) / 0.05
+        };
+        for integrator in [Integrator::Euler, Integrator::Leapfrog] {
+            let (world, states) = mecanum(std::array::from_fn(spin));
+            let mut simulation = simulate(&world.with_integrator(integrator), states);
+            run(&mut simulation, 1000);
+            let State { velocity, spin, attitude, .. } = simulation.states()[0];
+            let velocity = rotation(&attitude).tr_mul(&velocity);
+            let missed = [velocity[0] - ahead, velocity[1] - aside, spin[2] - turning];
+            println!("{motion:?} {integrator:?} {missed:?}");
+            assert!(missed.iter().all(|missed| missed.abs() < 2e-3), "{motion:?}: {missed:?}");
+        }
+    }
+}
+
+/// Checks that an axis needs joints to its body, and goes with the body.
+#[test]
+fn axes_belong_to_bodies_of_the_same_mechanism() {
+    let bodies = vec![RigidBody::solid_box(1.0, Vector3::repeat(0.1)).unwrap(); 2];
+    let world = world(bodies, Vector3::z(), 1e-3);
+    let world = world.with_friction_axis_in(Partner::Body(0), 1, Vector3::x(), 0.1).unwrap();
+    let starts = [0.0, 1.0].map(|x| State::at_rest(Vector3::new(x, 0.0, 0.1)));
+    assert_eq!(
+        world.check_start(&starts),
+        Err(Error::LooseFrictionAxis { owner: Partner::Body(0) })
+    );
+    assert!(world.with_friction_axis_in(Partner::Body(0), 2, Vector3::x(), 0.1).is_err());
+}

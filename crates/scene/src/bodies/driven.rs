@@ -55,8 +55,10 @@ pub struct SurfaceEntry {
     pub spin: Option<Numbers<3>>,
     /// Centre of the spin (m), in the same frame.
     pub centre: Option<Numbers<3>>,
-    /// Axis of friction, in the same frame.
+    /// Axis of friction, in the same frame or in that of `axis_of`.
     pub axis: Option<Numbers<3>>,
+    /// Name of a body, connected by joints, in whose frame the axis is fixed.
+    pub axis_of: Option<String>,
     /// Friction along the axis, over that across it.
     pub factor: Option<f64>,
 }

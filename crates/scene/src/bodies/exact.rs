@@ -305,7 +305,9 @@ impl Document {
             }
         }
         self.apart.retain(|pair| stays(&pair.between));
-        self.surfaces.retain(|surface| surface.of != name);
+        self.surfaces.retain(|surface| {
+            surface.of != name && surface.axis_of.as_deref().is_none_or(|body| body != name)
+        });
         self.driven.retain(|entry| entry.body() != name);
         let (gone, joints): (Vec<_>, Vec<_>) =
             std::mem::take(&mut self.joints).into_iter().partition(|joint| joint.has(name));

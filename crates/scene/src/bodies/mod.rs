@@ -161,7 +161,9 @@ fn refuse_violent_start(scene: &Scene) -> Result<(), Failure> {
     scene.world.check_start(&scene.starts).map_err(|error| {
         let why = error.display(scene);
         match error {
-            Error::FrictionAxes { .. } => Failure::Input(format!("surfaces: {why}")),
+            Error::FrictionAxes { .. } | Error::LooseFrictionAxis { .. } => {
+                Failure::Input(format!("surfaces: {why}"))
+            }
             Error::StartBelowGround { .. } => Failure::setting("position", why),
             Error::Overlap { .. } | Error::Crowded { .. } => {
                 Failure::Input(format!("position: {why}"))

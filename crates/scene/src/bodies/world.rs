@@ -40,11 +40,15 @@ impl Document {
             } else {
                 world
             };
-            Ok::<_, Failure>(match (surface.axis, surface.factor) {
-                (Some(axis), Some(factor)) => {
-                    world.with_friction_axis(owner, axis.0.into(), factor)?
+            let (Some(axis), Some(factor)) = (surface.axis, surface.factor) else {
+                return Ok::<_, Failure>(world);
+            };
+            Ok(match &surface.axis_of {
+                Some(body) => {
+                    let body = names.body(body).map_err(Failure::Input)?;
+                    world.with_friction_axis_in(owner, body, axis.0.into(), factor)?
                 }
-                _ => world,
+                None => world.with_friction_axis(owner, axis.0.into(), factor)?,
             })
         })?;
         let world = self.apart.iter().try_fold(world, |world, pair| {

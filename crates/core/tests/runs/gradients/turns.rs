@@ -119,6 +119,39 @@ fn free_joints_under_drives() {
     assert!(replaced <= 3, "{replaced} of 32");
 }
 
+/// Checks a ball that slides on the ground with an axis of friction in another body, which a free joint with
+/// springs connects to it.
+#[test]
+fn a_slide_with_the_axis_of_another_body() {
+    let mut draw = Draw(Mt::new(15));
+    let mut twister = Mt::new(16);
+    let mut unit = || f64::from(twister.next_u32()) / f64::from(u32::MAX) * 2.0 - 1.0;
+    let mut tally = Tally::default();
+    for number in 0..40 {
+        let ball = RigidBody::solid(1.0, &[Piece::sphere(0.1).unwrap()]).unwrap().0;
+        let world = laws::world(vec![ball, bodies(1, &mut draw).remove(0)], Vector3::z() * -9.81);
+        let spring = Axis::Free(Drive { stiffness: 30.0, damping: 0.4, ..Drive::NONE });
+        let frames =
+            [0; 2].map(|_| JointFrame { anchor: draw.vector(0.1), attitude: draw.attitude() });
+        let joint = Joint::between(1, Some(0), frames).with_axes([spring; 3], [spring; 3]);
+        let world = world.with_untouched(1).unwrap().with_joints(vec![joint]).unwrap();
+        let world =
+            world.with_friction_axis_in(Partner::Body(0), 1, draw.vector(1.0), 0.3).unwrap();
+        let mut states = [state(&mut draw), state(&mut draw)];
+        states[0].position[2] = 0.0999;
+        states[1].position[2] += 1.0;
+        compare(&world, &states, &mut unit, &format!("{number}"), &mut tally);
+        let Some((simulation, base)) = step(&world, &states, &[]) else { continue };
+        let mut derivative = StepDerivative::new();
+        simulation.linearise(&base, &mut derivative).unwrap();
+        let all = directions(&world, &mut unit);
+        transposed(&mut derivative, &all, &mut unit, &format!("{number}"), 1e-9);
+    }
+    println!("{} compared, {} left out, {} kinks", tally.compared, tally.left_out, tally.kinks);
+    assert!(tally.missed.is_empty(), "{:#?}", tally.missed);
+    assert!(tally.compared > 400 && tally.kinks + tally.scattered < 10);
+}
+
 /// Checks a ball joint between two bodies that rotate about it, and one with the world.
 #[test]
 fn balls_under_drives() {

@@ -608,14 +608,7 @@ impl<'a> Builder<'a> {
         if let Some(name) = entry.name() {
             checked_name(name)?;
         }
-        let body = match self.bodies(entry.body()).map_err(|why| format!("body: {why}"))?[..] {
-            [body] => &self.document.bodies[body],
-            ref several => {
-                let count = several.len();
-                let name = entry.body();
-                return Err(format!("body: {name:?} names {count} bodies; one is needed"));
-            }
-        };
+        let body = &self.document.bodies[self.one_body("body", entry.body())?];
         if self.document.driven.iter().any(|known| known.body() == body.name()) {
             return Err(format!("body: {:?} is already driven", entry.body()));
         }
@@ -623,6 +616,14 @@ impl<'a> Builder<'a> {
         self.refuse_known_joint(made.name().unwrap_or_default())?;
         self.document.driven.push(made);
         Ok(())
+    }
+
+    /// Index of the only body with this name; `field` has the name.
+    fn one_body(&self, field: &str, name: &str) -> Result<usize, String> {
+        match self.bodies(name).map_err(|why| format!("{field}: {why}"))?[..] {
+            [body] => Ok(body),
+            ref all => Err(format!("{field}: {name:?} names {} bodies; one is needed", all.len())),
+        }
     }
 
     /// Sets the motion and the axis of friction of all surfaces with a name.
@@ -655,6 +656,12 @@ impl<'a> Builder<'a> {
         if entry.centre.is_some() && entry.spin.is_none() {
             return Err("spin: a centre needs one".to_owned());
         }
+        let axis_of =
+            entry.axis_of.as_ref().map(|name| self.one_body("axis_of", name)).transpose()?;
+        let axis_of = axis_of.map(|body| self.document.bodies[body].name().to_owned());
+        if axis_of.is_some() && entry.axis.is_none() {
+            return Err("axis: axis_of needs one".to_owned());
+        }
         for owner in self.find(&entry.of).map_err(|why| format!("of: {why}"))? {
             let of = self.document.name_of(owner);
             if self.document.surfaces.iter().any(|known| known.of == of) {
@@ -663,7 +670,8 @@ impl<'a> Builder<'a> {
                     entry.of
                 ));
             }
-            self.document.surfaces.push(SurfaceEntry { of, ..entry.clone() });
+            let axis_of = axis_of.clone();
+            self.document.surfaces.push(SurfaceEntry { of, axis_of, ..entry.clone() });
         }
         Ok(())
     }

@@ -158,6 +158,11 @@ impl LinearCoupling {
             is_ground: key.partner == Partner::Ground,
         };
         coupling.set_slopes(contact);
+        let third = coupling.tensor.as_ref().and_then(|tensor| {
+            let body = tensor.body?;
+            Some(Box::new((body, tensor.by_third_body(&rotation(Some(body)))?)))
+        });
+        coupling.slopes.by_third = third;
         coupling
     }
 

@@ -12,7 +12,6 @@
 
 use super::slopes::RowsChange;
 use crate::contact::{Contact, FrictionTensor};
-use crate::partner::Partner;
 use crate::step::Step;
 use nalgebra::{Matrix3, Vector3};
 
@@ -22,7 +21,9 @@ pub(super) struct LinearTensor {
     tensor: FrictionTensor,
     /// Index of the axis in the world.
     pub(super) index: usize,
-    /// Side of the owner; `None` for fixed geometry.
+    /// Body in whose frame the axis is; `None` for the world.
+    pub(super) body: Option<usize>,
+    /// Side of this body; `None` for the world and for a body that does not touch.
     side: Option<usize>,
     normal: Vector3<f64>,
     /// Rows F along which the gain measures motions.
@@ -44,12 +45,11 @@ impl LinearTensor {
     ) -> Option<Self> {
         let tensor = contact.friction_tensor(step.world, step.states)?;
         let index = step.world.friction_axis_between(contact.key.body, contact.key.partner)?;
-        let side = match step.world.friction_axis_owner(index)? {
-            Partner::Body(body) => Some(usize::from(body != contact.key.body)),
-            Partner::Ground | Partner::Fixed(_) => None,
-        };
+        let body = step.world.body_of_friction_axis(index);
+        let sides = [Some(contact.key.body), contact.key.partner.body()];
+        let side = (0..2).find(|side| body.is_some() && sides[*side] == body);
         let (normal, u) = (contact.normal(), *u);
-        Some(Self { tensor, index, side, normal, from: *from, u, impulse: *impulse })
+        Some(Self { tensor, index, body, side, normal, from: *from, u, impulse: *impulse })
     }
 
     /// Friction impulse over its coefficient, from the `slip` alone: −T w/|w| times `pressed`.
@@ -67,6 +67,22 @@ impl LinearTensor {
         let own = self.side.map_or(Vector3::zeros(), |side| *turns[side]);
         let turned = (own - normal).cross(&self.tensor.axis);
         self.changed(&self.tensor.change(&self.normal, &turned))
+    }
+
+    /// Changes of the rows if a body that does not touch, with its frame at `frame`, turns about its axes
+    /// (rad). `None` if the axis is in another frame.
+    pub(super) fn by_third_body(&self, frame: &Matrix3<f64>) -> Option<RowsChange<3>> {
+        if self.side.is_some() {
+            return None;
+        }
+        let mut changes = RowsChange::<3>::zero();
+        for (k, turn) in frame.column_iter().enumerate() {
+            let turned = turn.cross(&self.tensor.axis);
+            let change = self.changed(&self.tensor.change(&self.normal, &turned));
+            changes.motion.set_column(k, &change.motion);
+            changes.impulse.set_column(k, &change.impulse);
+        }
+        Some(changes)
     }
 
     /// Change of the rows by the factor s.

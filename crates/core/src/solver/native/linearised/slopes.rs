@@ -93,6 +93,8 @@ pub(super) struct LinearisedSlopes {
     /// Derivative with respect to δV (world) and δΩ (body) of the instant at k of A and B. `None` if
     /// independent.
     pub(super) by_instant: Option<Box<RowsChange<12>>>,
+    /// A third body of the island, with the derivative with respect to its δθ (body).
+    pub(super) by_third: Option<Box<(usize, RowsChange<3>)>>,
 }
 
 /// Stacks position and rotation, or velocity and spin.
@@ -103,7 +105,8 @@ fn six(position: &Vector3<f64>, turn: &Vector3<f64>) -> Vector6<f64> {
 
 impl LinearisedSlopes {
     pub(super) fn new(bodies: [Option<usize>; 2]) -> Self {
-        Self { bodies, by_pose: RowsChange::zero(), by_velocity: None, by_instant: None }
+        let (by_velocity, by_instant, by_third) = (None, None, None);
+        Self { bodies, by_pose: RowsChange::zero(), by_velocity, by_instant, by_third }
     }
 
     pub(super) fn pushed(&self, states: &[StateChange]) -> RowsChange<1> {
@@ -115,6 +118,11 @@ impl LinearisedSlopes {
                 change.add(slopes, 6 * side, &six(&state.velocity, &state.spin));
             }
         }
+        if let Some((body, slopes)) = self.by_third.as_deref() {
+            let turn = &states[*body].turn;
+            change.motion += slopes.motion * turn;
+            change.impulse += slopes.impulse * turn;
+        }
         change
     }
 
@@ -124,6 +132,13 @@ impl LinearisedSlopes {
         &self,
         body: usize,
     ) -> Option<(RowsChange<6>, Option<RowsChange<6>>)> {
+        let third = self.by_third.as_deref().filter(|(third, _)| *third == body);
+        if let Some((_, slopes)) = third {
+            let mut by_pose = RowsChange::<6>::zero();
+            by_pose.motion.fixed_columns_mut::<3>(3).copy_from(&slopes.motion);
+            by_pose.impulse.fixed_columns_mut::<3>(3).copy_from(&slopes.impulse);
+            return Some((by_pose, None));
+        }
         let first = 6 * (0..2).find(|side| self.bodies[*side] == Some(body))?;
         let by_velocity = self.by_velocity.as_ref().map(|slopes| slopes.columns(first));
         Some((self.by_pose.columns(first), by_velocity))
@@ -132,6 +147,10 @@ impl LinearisedSlopes {
     /// Adds the transposed product: derivatives with respect to states and to the velocities of the
     /// instant.
     pub(super) fn vjp(&self, by: &RowsChange<1>, gradient: &mut StepGradient) {
+        if let Some((body, slopes)) = self.by_third.as_deref() {
+            gradient.states[*body].turn +=
+                slopes.motion.tr_mul(&by.motion) + slopes.impulse.tr_mul(&by.impulse);
+        }
         for (side, body) in self.bodies.into_iter().enumerate() {
             let Some(body) = body else { continue };
             if let Some(slopes) = &self.by_instant {
