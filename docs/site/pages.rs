@@ -24,6 +24,7 @@ const CHAPTERS: &[(&str, &[(&str, &str)])] = &[
             ("Make a pile", "docs/howto/pile.md"),
             ("Put a conveyor in a scene", "docs/howto/conveyor.md"),
             ("Hold a part with a suction cup or a magnet", "docs/howto/suction-cup.md"),
+            ("Drive on mecanum wheels", "docs/howto/mecanum.md"),
             ("Drive a joint with a motor", "docs/howto/motor.md"),
             ("Put a robot into a scene", "docs/howto/robot-in-scene.md"),
             ("Give joints limits and friction", "docs/howto/joints.md"),
