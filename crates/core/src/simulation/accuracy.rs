@@ -533,7 +533,7 @@ fn intervals(
             moment.start_where(&starts);
             moment.pace.length = length;
             let taken = record.next_interval();
-            one_interval::interval(world, moment, inputs, workspace, Some(span), taken)?;
+            one_interval::interval(world, moment, inputs, workspace, Some(span), taken, false)?;
             // Forces before an abrupt change would act in it by half of the length before.
             if taken.errors.abrupt == 0.0 || !workspace.abrupt.add_to(&mut starts) {
                 break;

@@ -20,7 +20,7 @@ use crate::world::{Span, World};
 const ROUNDED: f64 = 1e-9;
 
 /// Takes one interval from `moment`, which moves to its end: a whole step, or the part of one in `span`.
-/// `taken` describes it. It is taken even if it is not solved.
+/// `taken` describes it; `is_copy` is true if it is a copy of the present rest. It is taken even if it is not solved.
 ///
 /// The order is:
 ///
@@ -39,6 +39,7 @@ pub(super) fn interval(
     workspace: &mut Workspace<'_>,
     span: Option<Span>,
     taken: &mut Interval,
+    is_copy: bool,
 ) -> Result<(), Error> {
     inputs.check_interrupt()?;
     taken.span = span;
@@ -52,7 +53,8 @@ pub(super) fn interval(
     taken.is_coarse = false;
     taken.drives.clear();
     taken.part = span.map(|_| Box::default());
-    if workspace.rest.is_known() && workspace.rest.repeat(moment, &workspace.wrenches, taken) {
+    let Workspace { rest, wrenches, .. } = &mut *workspace;
+    if rest.is_known() && rest.repeat(moment, wrenches, taken, is_copy) {
         moment.arrive(world.time_step(), inputs);
         return Ok(());
     }

@@ -1,6 +1,7 @@
 //! Record of a step: everything that is written to a file or displayed.
 
 use super::interval::{Interval, acting_times};
+use super::rest::RestKey;
 use super::{EnergyGain, InfeasibleGap, UnphysicalCause};
 use crate::contact::Certificate;
 use crate::mechanics::{State, Wrench, largest};
@@ -27,6 +28,8 @@ pub struct StepRecord {
     /// The intervals, at least one, and memory for later ones.
     intervals: Vec<Interval>,
     count: usize,
+    /// Rest of which the first interval is a copy.
+    rest: Option<RestKey>,
 }
 
 impl Default for StepRecord {
@@ -38,8 +41,8 @@ impl Default for StepRecord {
 /// A copy has no memory for later intervals.
 impl Clone for StepRecord {
     fn clone(&self) -> Self {
-        let intervals = self.intervals().to_vec();
-        Self { unsolved: self.unsolved.clone(), intervals, ..*self }
+        let (unsolved, intervals) = (self.unsolved.clone(), self.intervals().to_vec());
+        Self { index: self.index, unsolved, intervals, count: self.count, rest: None }
     }
 }
 
@@ -54,7 +57,7 @@ impl PartialEq for StepRecord {
 impl From<Interval> for StepRecord {
     /// Record of a step of one interval, with the index 0.
     fn from(interval: Interval) -> Self {
-        Self { index: 0, unsolved: Vec::new(), intervals: vec![interval], count: 1 }
+        Self { index: 0, unsolved: Vec::new(), intervals: vec![interval], count: 1, rest: None }
     }
 }
 
@@ -105,11 +108,25 @@ impl StepRecord {
             self.intervals.push(Interval::default());
         }
         self.count += 1;
+        self.rest = None;
         &mut self.intervals[self.count - 1]
+    }
+
+    /// Adds an interval. Its content is a copy of the rest with this key if the second result is true.
+    #[inline]
+    pub(super) fn next_interval_at(&mut self, rest: &RestKey) -> (&mut Interval, bool) {
+        let is_copy = self.rest.as_ref() == Some(rest);
+        (self.next_interval(), is_copy)
+    }
+
+    /// Notes that the first interval is a copy of the rest with this key.
+    pub(super) fn set_rest(&mut self, rest: &RestKey) {
+        self.rest = Some(rest.clone());
     }
 
     /// Removes the first interval.
     pub(super) fn remove_first(&mut self) {
+        self.rest = None;
         self.intervals[..self.count].rotate_left(1);
         self.count -= 1;
     }
@@ -121,6 +138,7 @@ impl StepRecord {
 
     /// Intervals with their energies and ends, to be completed.
     pub(super) fn intervals_mut(&mut self) -> &mut [Interval] {
+        self.rest = None;
         &mut self.intervals[..self.count]
     }
 
@@ -136,6 +154,7 @@ impl StepRecord {
 
     /// The first interval, to be changed.
     pub fn first_mut(&mut self) -> &mut Interval {
+        self.rest = None;
         &mut self.intervals[0]
     }
 

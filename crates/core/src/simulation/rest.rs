@@ -24,10 +24,27 @@ use crate::mechanics::{State, Wrench};
 use crate::step::{ContactForce, StepReport, StepSolution, StepSolver, StepStatus};
 use crate::world::World;
 use nalgebra::Vector3;
+use std::sync::Arc;
+
+/// Identity of a rest of a simulation: of the steps that repeat one and the same step.
+#[derive(Debug, Clone)]
+pub(super) struct RestKey {
+    owner: Arc<()>,
+    /// Number of the rest.
+    count: u64,
+}
+
+impl PartialEq for RestKey {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.owner, &other.owner) && self.count == other.count
+    }
+}
 
 /// Detection of steps and islands at rest.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug)]
 pub(super) struct RestingBodies {
+    /// The present or next rest.
+    key: RestKey,
     /// True if the current step starts with the states and forces of the previous one.
     begins: bool,
     /// Memory of the contact search at its start.
@@ -72,6 +89,33 @@ struct StepDiagnostics {
 }
 
 impl RestingBodies {
+    pub(super) fn new() -> Self {
+        Self {
+            key: RestKey { owner: Arc::new(()), count: 0 },
+            begins: false,
+            memory: Memory::default(),
+            wrenches: Vec::new(),
+            contacts: Vec::new(),
+            last: None,
+            stays: false,
+            repeats: false,
+            bodies: Vec::new(),
+            reported_no_rest: false,
+            loads: Vec::new(),
+            found: 0,
+            still: Vec::new(),
+            ties: Vec::new(),
+            islands: Islands::default(),
+            indices: Default::default(),
+            certified: Default::default(),
+        }
+    }
+
+    /// Identity of the present or next rest.
+    pub(super) fn key(&self) -> &RestKey {
+        &self.key
+    }
+
     /// Clears all flags after a change of an input.
     pub(super) fn end(&mut self) {
         (self.last, self.begins, self.reported_no_rest, self.stays) = (None, false, false, false);
@@ -81,7 +125,6 @@ impl RestingBodies {
     }
 
     /// True if the last step repeated the previous one to the last bit.
-    #[cfg(feature = "save")]
     pub(super) fn stays(&self) -> bool {
         self.stays
     }
@@ -205,18 +248,25 @@ impl RestingBodies {
     }
 
     /// Describes the interval from `moment` as a copy of the one before in `taken`, if its wrenches
-    /// are the same. Returns true if they are. The moment stays as it is.
+    /// are the same. Returns true if they are. The moment stays as it is. Nothing is copied if `taken` is such a
+    /// copy already.
     #[inline(never)]
     pub(super) fn repeat(
         &mut self,
         moment: &Moment,
         wrenches: &[Wrench],
         taken: &mut Interval,
+        is_copy: bool,
     ) -> bool {
         let Some(diagnostics) = self.last else { return false };
         let of_wrench = bits_of_wrench;
         if !wrenches.iter().map(of_wrench).eq(self.wrenches.iter().map(of_wrench)) {
             return false;
+        }
+        // The stored solutions are all equal.
+        self.stays = true;
+        if is_copy {
+            return true;
         }
         taken.infeasible_gap = None;
         taken.report = diagnostics.report;
@@ -242,8 +292,6 @@ impl RestingBodies {
         taken.solution.copy_from(&moment.now);
         taken.contacts.clear();
         taken.contacts.extend_from_slice(&self.contacts);
-        // The stored solutions are all equal.
-        self.stays = true;
         true
     }
 
@@ -280,6 +328,7 @@ impl RestingBodies {
             self.wrenches.clear();
             self.wrenches.extend_from_slice(wrenches);
             self.contacts.clone_from(&taken.contacts);
+            self.key.count += 1;
             self.last = Some(StepDiagnostics {
                 report: taken.report,
                 certificate: taken.certificate,

@@ -66,14 +66,17 @@ pub(super) fn step(
     workspace: &mut Workspace<'_>,
     record: &mut StepRecord,
 ) -> Result<Option<Box<Moment>>, Error> {
-    let taken = record.next_interval();
-    one_interval::interval(world, moment, inputs, workspace, None, taken)?;
+    let (taken, is_copy) = record.next_interval_at(workspace.rest.key());
+    one_interval::interval(world, moment, inputs, workspace, None, taken, is_copy)?;
     let makes_energy = |check: &EnergyCheck| (0..taken.states.len()).any(|body| check.makes(body));
     let is_tried = taken.report.status == StepStatus::Failed
         || wrong_contacts(taken).is_some()
         || taken.gain.is_some() && makes_energy(&workspace.energy_check);
     let divided = turning::divide(world, moment, inputs, workspace, record);
     if divided.is_some() || !is_tried {
+        if divided.is_none() && workspace.rest.stays() {
+            record.set_rest(workspace.rest.key());
+        }
         return Ok(divided);
     }
     let taken = &record.intervals()[0];
@@ -327,7 +330,8 @@ fn keep_errors(
     let length = world.whole_step();
     let span = Span { since: 0.0, length, usual: f64::INFINITY, is_retry: false };
     let taken = record.next_interval();
-    let ended = one_interval::interval(world, &mut end, inputs, workspace, Some(span), taken);
+    let ended =
+        one_interval::interval(world, &mut end, inputs, workspace, Some(span), taken, false);
     world.set_span(None);
     world.set_before(moment.arrivals.iter().map(|arrival| arrival.length));
     workspace.forget();
@@ -407,7 +411,8 @@ fn in_parts(
         let usual = length * f64::from(parts - part);
         let span = Span { since, length, usual, is_retry: true };
         let taken = record.next_interval();
-        one_interval::interval(world, &mut moment, inputs, workspace, Some(span), taken).ok()?;
+        one_interval::interval(world, &mut moment, inputs, workspace, Some(span), taken, false)
+            .ok()?;
         if !taken.report.status.is_solved() {
             return None;
         }

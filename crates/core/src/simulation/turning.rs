@@ -94,7 +94,7 @@ fn in_two(
         }
         let span = Span { since, length, usual, is_retry: false };
         let taken = record.next_interval();
-        one_interval::interval(world, moment, inputs, workspace, Some(span), taken).ok()?;
+        one_interval::interval(world, moment, inputs, workspace, Some(span), taken, false).ok()?;
         if !taken.report.status.is_solved() || taken.gain.is_some() {
             return None;
         }

@@ -52,7 +52,7 @@ impl<'a> Workspace<'a> {
             energy_check: EnergyCheck::default(),
             stiffness: Stiffness::default(),
             abrupt: AbruptChanges::default(),
-            rest: RestingBodies::default(),
+            rest: RestingBodies::new(),
         }
     }
 

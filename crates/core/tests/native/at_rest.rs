@@ -285,3 +285,39 @@ fn a_step_at_rest_is_taken_back() {
     });
     both.steps(10);
 }
+
+/// Checks that a record keeps the copy of a rest only as long as it is one. Two simulations of a resting box with
+/// another friction share a record that is changed in between. Each step equals that in a record of its own.
+#[test]
+fn a_shared_record_has_the_rest_of_its_step() {
+    let start = State::at_rest(Vector3::new(0.0, 0.0, 0.1));
+    let simulation = |friction: f64| {
+        let body = RigidBody::solid_box(1.0, Vector3::repeat(0.1)).unwrap();
+        let ground = Some(Plane::new(Vector3::z(), 0.0).unwrap());
+        let parameters = Parameters { ground, friction, ..Parameters::new(vec![body]) };
+        let world = World::new(parameters).unwrap();
+        Simulation::new(world.clone(), [start], Motion::native(&world)).unwrap()
+    };
+    let mut shared = [simulation(0.3), simulation(0.6)];
+    let mut own = [simulation(0.3), simulation(0.6)];
+    let (mut record, mut rested) = (StepRecord::new(), 0);
+    for k in 0..60 {
+        // Each simulation takes three steps in turn.
+        let of = k / 3 % 2;
+        shared[of].step(&mut record).unwrap();
+        let mut expected = StepRecord::new();
+        own[of].step(&mut expected).unwrap();
+        assert_eq!(record, expected, "{k}");
+        rested += usize::from(shared[of].rests());
+        if k % 7 == 0 {
+            record.first_mut().contacts.clear();
+        }
+        if k % 11 == 0 {
+            let push = Wrench { force: Vector3::x() * f64::from(k as u32), ..Wrench::zero() };
+            [&mut shared, &mut own]
+                .into_iter()
+                .for_each(|pair| pair[of].set_wrench(0, push).unwrap());
+        }
+    }
+    assert!(rested > 20, "{rested}");
+}
