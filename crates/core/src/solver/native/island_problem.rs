@@ -110,7 +110,8 @@ impl<E: Equations> StagedProblem<E> {
     }
 
     /// Writes force f = M p̂/h and slip of every contact of the island. The slip is the tangential
-    /// part of u.
+    /// part of u. An impulse of the last step has the force of the last step, here and for moments,
+    /// joints and gears: with its rounding, forces at rest would change for dozens of steps.
     fn write_forces(
         &self,
         step: &Step<'_>,
@@ -120,12 +121,15 @@ impl<E: Equations> StagedProblem<E> {
         solution: &mut StepSolution,
     ) {
         let to_force = mass / step.world.time_step();
-        let solved = self.solver.impulses().iter().zip(self.solver.points());
+        let impulses = self.solver.impulses().iter().zip(&self.previous);
+        let solved = impulses.zip(self.solver.points());
         let couplings = self.equations.couplings();
-        for ((&place, coupling), (impulse, u)) in island.contacts.iter().zip(couplings).zip(solved)
+        for ((&place, coupling), ((impulse, previous), u)) in
+            island.contacts.iter().zip(couplings).zip(solved)
         {
             let normal = contacts[place].normal();
-            let force = impulse * to_force;
+            let is_same = impulse == previous;
+            let force = if is_same { island.known.before[place] } else { impulse * to_force };
             let found = &mut solution.contacts[place];
             found.force = force;
             found.normal_force = normal.dot(&force);
@@ -220,11 +224,10 @@ impl IslandProblem {
             let mass = problem.equations.mass();
             problem.write_forces(step, contacts, island, mass, solution);
             let impulses = problem.solver.impulses();
-            for (contact, moment) in problem.equations.moments_of(impulses) {
-                solution.moments[island.contacts[contact]] = moment;
-            }
-            problem.equations.write_joints(step, impulses, solution);
-            problem.equations.write_gears(impulses, solution);
+            let is_same = |coupling: usize| impulses[coupling] == problem.previous[coupling];
+            problem.equations.write_moments(impulses, is_same, island, solution);
+            problem.equations.write_joints(step, impulses, is_same, solution);
+            problem.equations.write_gears(step, impulses, is_same, solution);
         }
         self.ended
     }

@@ -154,12 +154,13 @@ impl Island {
         })
     }
 
-    /// Writes the forces of the joints from the impulses of all couplings. `solution` has the final
-    /// states.
+    /// Writes the forces of the joints from the impulses of all couplings, those of the last step if the impulse of
+    /// a coupling `is_same`. `solution` has the final states.
     pub(crate) fn write_joints(
         &self,
         step: &Step<'_>,
         impulses: &[Vector3<f64>],
+        is_same: impl Fn(usize) -> bool,
         solution: &mut StepSolution,
     ) {
         let to_force = self.mass / self.time_step;
@@ -172,12 +173,15 @@ impl Island {
             };
             let end = end.map_or(at.angles, |end| of.counted(&end, &at.angles));
             let mut force = JointForce::none(end);
+            let known = |k: usize| step.previous.joints.get(at.joint).filter(|_| is_same(k));
             if let Some(k) = at.place {
                 let frame = &self.setting.couplings[k].rows.frame;
-                force.force = frame.tr_mul(&impulses[k]) * to_force;
+                let made = || frame.tr_mul(&impulses[k]) * to_force;
+                force.force = known(k).map_or_else(made, |known| known.force);
             }
             if let Some(k) = at.turn {
-                force.torque = impulses[k] * (to_force * at.length);
+                let made = || impulses[k] * (to_force * at.length);
+                force.torque = known(k).map_or_else(made, |known| known.torque);
             }
             if let Some(of_joint) = solution.joints.get_mut(at.joint) {
                 *of_joint = force;

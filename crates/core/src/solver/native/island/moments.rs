@@ -15,9 +15,10 @@ use crate::contact::Contact;
 use crate::mechanics::quaternion::rotation;
 use crate::solver::native::coupling::Coupling;
 use crate::solver::native::equations::{Elimination, MomentPlace, Velocity};
+use crate::solver::native::islands::IslandView;
 use crate::solver::native::law::{Factored, Gain, MomentLaw};
 use crate::sparse::BlockSystem;
-use crate::step::Step;
+use crate::step::{Step, StepSolution};
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 impl Island {
@@ -75,16 +76,22 @@ impl Island {
         })
     }
 
-    /// Moments of contacts (N m, world), each with the index of its contact in the island.
-    pub(crate) fn moments_of<'a>(
-        &'a self,
-        impulses: &'a [Vector3<f64>],
-    ) -> impl Iterator<Item = (usize, Vector3<f64>)> + 'a {
+    /// Writes the moments of contacts (N m, world) from the impulses of all couplings, those of the last step if
+    /// the impulse of a coupling `is_same`.
+    pub(crate) fn write_moments(
+        &self,
+        impulses: &[Vector3<f64>],
+        is_same: impl Fn(usize) -> bool,
+        island: &IslandView<'_>,
+        solution: &mut StepSolution,
+    ) {
         let to_force = self.mass / self.time_step;
-        let moment = move |(at, length): (&MomentPlace, &f64)| {
-            (at.contact, impulses[at.moment] * (to_force * length))
-        };
-        self.moments.iter().zip(&self.lengths).map(moment)
+        for (at, length) in self.moments.iter().zip(&self.lengths) {
+            let place = island.contacts[at.contact];
+            let known = island.known.moments.get(place).filter(|_| is_same(at.moment));
+            let moment = impulses[at.moment] * (to_force * length);
+            solution.moments[place] = known.copied().unwrap_or(moment);
+        }
     }
 
     /// Moments with their ℓ (m).
