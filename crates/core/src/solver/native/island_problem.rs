@@ -102,6 +102,12 @@ impl<E: Equations> StagedProblem<E> {
         self.solver.solve(&mut self.equations, &self.previous, asked.accepted, effort)
     }
 
+    /// True if all impulses are those of the last step. With their rounding, forces at rest would change for
+    /// dozens of steps.
+    fn keeps_impulses(&self) -> bool {
+        self.solver.impulses() == self.previous
+    }
+
     fn write_pieces(&self, island: &IslandView<'_>, pieces: &mut [ContactPiece]) {
         let solved = self.solver.pieces(&self.equations);
         for (&place, (piece, margin)) in island.contacts.iter().zip(solved) {
@@ -110,8 +116,7 @@ impl<E: Equations> StagedProblem<E> {
     }
 
     /// Writes force f = M p̂/h and slip of every contact of the island. The slip is the tangential
-    /// part of u. An impulse of the last step has the force of the last step, here and for moments,
-    /// joints and gears: with its rounding, forces at rest would change for dozens of steps.
+    /// part of u. If the island [keeps](Self::keeps_impulses) its impulses, the forces are those of the last step.
     fn write_forces(
         &self,
         step: &Step<'_>,
@@ -121,15 +126,13 @@ impl<E: Equations> StagedProblem<E> {
         solution: &mut StepSolution,
     ) {
         let to_force = mass / step.world.time_step();
-        let impulses = self.solver.impulses().iter().zip(&self.previous);
-        let solved = impulses.zip(self.solver.points());
+        let solved = self.solver.impulses().iter().zip(self.solver.points());
         let couplings = self.equations.couplings();
-        for ((&place, coupling), ((impulse, previous), u)) in
-            island.contacts.iter().zip(couplings).zip(solved)
+        let keeps = self.keeps_impulses();
+        for ((&place, coupling), (impulse, u)) in island.contacts.iter().zip(couplings).zip(solved)
         {
             let normal = contacts[place].normal();
-            let is_same = impulse == previous;
-            let force = if is_same { island.known.before[place] } else { impulse * to_force };
+            let force = if keeps { island.known.before[place] } else { impulse * to_force };
             let found = &mut solution.contacts[place];
             found.force = force;
             found.normal_force = normal.dot(&force);
@@ -224,10 +227,10 @@ impl IslandProblem {
             let mass = problem.equations.mass();
             problem.write_forces(step, contacts, island, mass, solution);
             let impulses = problem.solver.impulses();
-            let is_same = |coupling: usize| impulses[coupling] == problem.previous[coupling];
-            problem.equations.write_moments(impulses, is_same, island, solution);
-            problem.equations.write_joints(step, impulses, is_same, solution);
-            problem.equations.write_gears(step, impulses, is_same, solution);
+            let keeps = problem.keeps_impulses();
+            problem.equations.write_moments(impulses, keeps, island, solution);
+            problem.equations.write_joints(step, impulses, keeps, solution);
+            problem.equations.write_gears(step, impulses, keeps, solution);
         }
         self.ended
     }

@@ -223,19 +223,19 @@ impl Island {
         })
     }
 
-    /// Writes the forces of the gears from the impulses of all couplings, those of the last step if the impulse of
-    /// a coupling `is_same`.
+    /// Writes the forces of the gears from the impulses of all couplings, those of the last step if it
+    /// `keeps` them.
     pub(crate) fn write_gears(
         &self,
         step: &Step<'_>,
         impulses: &[Vector3<f64>],
-        is_same: impl Fn(usize) -> bool,
+        keeps: bool,
         solution: &mut StepSolution,
     ) {
         let first = self.links.len() - self.gears.len();
         for (place, train) in self.gears.iter().enumerate() {
             let coupling = first + place;
-            let known = step.previous.gears.get(train.gear).filter(|_| is_same(coupling));
+            let known = step.previous.gears.get(train.gear).filter(|_| keeps);
             let force = impulses[coupling][0] * self.mass / self.time_step * train.length;
             if let Some(of_gear) = solution.gears.get_mut(train.gear) {
                 *of_gear = known.copied().unwrap_or(force);

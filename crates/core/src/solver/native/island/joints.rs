@@ -154,13 +154,13 @@ impl Island {
         })
     }
 
-    /// Writes the forces of the joints from the impulses of all couplings, those of the last step if the impulse of
-    /// a coupling `is_same`. `solution` has the final states.
+    /// Writes the forces of the joints from the impulses of all couplings, those of the last step if it
+    /// `keeps` them. `solution` has the final states.
     pub(crate) fn write_joints(
         &self,
         step: &Step<'_>,
         impulses: &[Vector3<f64>],
-        is_same: impl Fn(usize) -> bool,
+        keeps: bool,
         solution: &mut StepSolution,
     ) {
         let to_force = self.mass / self.time_step;
@@ -173,15 +173,15 @@ impl Island {
             };
             let end = end.map_or(at.angles, |end| of.counted(&end, &at.angles));
             let mut force = JointForce::none(end);
-            let known = |k: usize| step.previous.joints.get(at.joint).filter(|_| is_same(k));
+            let known = step.previous.joints.get(at.joint).filter(|_| keeps);
             if let Some(k) = at.place {
                 let frame = &self.setting.couplings[k].rows.frame;
                 let made = || frame.tr_mul(&impulses[k]) * to_force;
-                force.force = known(k).map_or_else(made, |known| known.force);
+                force.force = known.map_or_else(made, |known| known.force);
             }
             if let Some(k) = at.turn {
                 let made = || impulses[k] * (to_force * at.length);
-                force.torque = known(k).map_or_else(made, |known| known.torque);
+                force.torque = known.map_or_else(made, |known| known.torque);
             }
             if let Some(of_joint) = solution.joints.get_mut(at.joint) {
                 *of_joint = force;

@@ -77,18 +77,18 @@ impl Island {
     }
 
     /// Writes the moments of contacts (N m, world) from the impulses of all couplings, those of the last step if
-    /// the impulse of a coupling `is_same`.
+    /// it `keeps` them.
     pub(crate) fn write_moments(
         &self,
         impulses: &[Vector3<f64>],
-        is_same: impl Fn(usize) -> bool,
+        keeps: bool,
         island: &IslandView<'_>,
         solution: &mut StepSolution,
     ) {
         let to_force = self.mass / self.time_step;
         for (at, length) in self.moments.iter().zip(&self.lengths) {
             let place = island.contacts[at.contact];
-            let known = island.known.moments.get(place).filter(|_| is_same(at.moment));
+            let known = island.known.moments.get(place).filter(|_| keeps);
             let moment = impulses[at.moment] * (to_force * length);
             solution.moments[place] = known.copied().unwrap_or(moment);
         }
