@@ -417,7 +417,9 @@ impl<'a> Simulation<'a> {
                 self.workspace.forget();
             }
             Undo::Interval => {
-                if !self.moment.move_back(record.first()) {
+                if self.workspace.rest.stays() {
+                    self.moment.depart();
+                } else if !self.moment.move_back(record.first()) {
                     return;
                 }
                 self.workspace.rest.end();

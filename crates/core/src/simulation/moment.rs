@@ -191,12 +191,17 @@ impl Moment {
         let Some(before) = self.before.take() else { return false };
         self.now = before;
         self.before = self.long_before.take();
-        swap(&mut self.arrivals, &mut self.arrivals_before);
-        swap(&mut self.drives, &mut self.drives_before);
+        self.depart();
         if let Some(instants) = &mut self.instants {
             instants.take_back(&taken.instants);
         }
         true
+    }
+
+    /// Takes back [`Moment::arrive`]: returns to the start of a step at rest, which left all else as it was.
+    pub fn depart(&mut self) {
+        swap(&mut self.arrivals, &mut self.arrivals_before);
+        swap(&mut self.drives, &mut self.drives_before);
     }
 
     /// All solutions that the next interval uses.

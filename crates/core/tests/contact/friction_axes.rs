@@ -244,10 +244,12 @@ impl Draws {
     }
 }
 
-/// World of four random balls, boxes and capsules with an axis, its owner and factor, and the starts.
+/// World of four random balls, boxes and capsules with an axis, its owner and factor, and the starts. In a quarter of
+/// all scenes the axis is in the frame of another body on a spring.
 struct RandomScene {
     world: World,
     owner: Partner,
+    frame: Option<usize>,
     axis: Vector3<f64>,
     factor: f64,
     starts: Vec<State>,
@@ -278,8 +280,20 @@ impl RandomScene {
         let axis = draws.vector().normalize();
         let owner =
             if number.is_multiple_of(2) { Partner::Ground } else { Partner::Body(number % 4) };
-        let world =
-            World::new(parameters).unwrap().with_friction_axis(owner, axis, factor).unwrap();
+        let world = World::new(parameters).unwrap();
+        let frame = (number % 4 == 1).then_some((number + 1) % 4);
+        let world = match frame {
+            Some(body) => {
+                let spring = Axis::Free(Drive { stiffness: 5.0, damping: 0.1, ..Drive::NONE });
+                let at = JointFrame::at(Vector3::zeros());
+                let joint = Joint::between(number % 4, Some(body), [at; 2]).colliding();
+                let joint = joint.with_axes([spring; 3], [Axis::Free(Drive::NONE); 3]);
+                let world = world.with_joints(vec![joint]).unwrap();
+                world.with_friction_axis_in(owner, body, axis, factor)
+            }
+            None => world.with_friction_axis(owner, axis, factor),
+        };
+        let world = world.unwrap();
         let starts = (0..4)
             .map(|body| State {
                 position: draws.vector().component_mul(&Vector3::new(0.1, 0.1, 0.0))
@@ -295,7 +309,7 @@ impl RandomScene {
                 spin: draws.vector() * 10.0,
             })
             .collect();
-        Self { world, owner, axis, factor, starts }
+        Self { world, owner, frame, axis, factor, starts }
     }
 
     /// T of a contact, by its definition.
@@ -304,9 +318,9 @@ impl RandomScene {
         if self.owner != contact.key.partner && self.owner != Partner::Body(contact.key.body) {
             return Matrix3::identity();
         }
-        let axis = match self.owner {
-            Partner::Body(body) => rotation(&states[body].attitude) * self.axis,
-            _ => self.axis,
+        let axis = match self.frame.or(self.owner.body()) {
+            Some(body) => rotation(&states[body].attitude) * self.axis,
+            None => self.axis,
         };
         let across = axis - n * n.dot(&axis);
         Matrix3::identity() - across * across.transpose() * (1.0 - self.factor)
