@@ -23,7 +23,7 @@ impl Assembled {
     /// dependent joints are computed and those in `q` and `v` ignored.
     ///
     /// # Errors
-    /// A wrong number of states, and the errors of [`Robot::motion`](tumble_robot::model::Robot::motion).
+    /// A wrong number of states, and the errors of `Robot::motion`.
     pub fn set_states(&self, q: &[f64], v: &[f64], states: &mut [State]) -> Result<(), String> {
         let (mut q, mut v) = (q.to_vec(), v.to_vec());
         self.robot.follow(&mut q, &mut v);

@@ -67,7 +67,7 @@ impl Scene {
     /// Structure of the scene at its start, and the simulator's step from rest.
     ///
     /// # Errors
-    /// Those of [`Structure::at_rest`].
+    /// Those of `Structure::at_rest`.
     pub fn at_rest(&self) -> Result<(Structure, FromRest), Failure> {
         self.at_rest_from(&self.starts)
     }
