@@ -90,7 +90,10 @@ fn invalid_gear_laws_are_rejected_in_one_sentence() {
         (
             "damping = 2.0",
             "armature = 2.0",
-            &["gears[0] (first, second)", "armature of a gear's drive"],
+            &[
+                "gears[0] (first, second)",
+                "armature, static friction, friction curve or restitution of a gear's drive",
+            ],
         ),
         ("damping = 2.0", "slack = 2.0", &["slack"]),
         ("[-0.3, 1.0]", "[0.3, 1.0]", &["gears[0] (first, second)", "3.000e-1", "start"]),
