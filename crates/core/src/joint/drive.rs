@@ -197,12 +197,12 @@ impl Drive {
             sum.add_line(inertia * start.rate, inertia / length);
         }
         // Dry friction (J24): a damper, and a jump at zero rate around the mean of both directions
-        let [below, above] = [false, true].map(|side| self.friction_at(start.rate, side));
-        if above.slope > 0.0 {
-            let (slope, at_zero) = pull(0.0, above.slope, 0.0);
+        let sides = [false, true].map(|is_positive| self.friction_at(start.rate, is_positive));
+        if sides[1].slope > 0.0 {
+            let (slope, at_zero) = pull(0.0, sides[1].slope, 0.0);
             sum.add_line(at_zero, slope);
         }
-        let (below, above) = (below.limit, above.limit);
+        let [below, above] = sides.map(|friction| friction.limit);
         if below != above {
             sum.add_line(0.5 * (below - above) * to_impulse, 0.0);
         }
@@ -262,6 +262,17 @@ impl Drive {
             (motor, _) => motor,
         };
         Self { force: mean(self.force, before.force), motor, ..self }
+    }
+
+    /// True if it has neither forces nor limits.
+    fn is_idle(&self) -> bool {
+        let Self { restitution, friction, stiffness, rest, damping, force, armature, .. } = *self;
+        let has_options = self.limits.is_some()
+            || self.static_friction.is_some()
+            || self.friction_curve.is_some()
+            || self.motor.is_some();
+        let numbers = [restitution, friction, stiffness, rest, damping, force, armature];
+        !has_options && numbers == [0.0; 7]
     }
 
     /// True if it has dry friction.
@@ -453,7 +464,7 @@ impl Axis {
 
     /// True if the axis is free without any drive.
     pub(crate) fn is_idle(&self) -> bool {
-        *self == Self::Free(Drive::NONE)
+        matches!(self, Self::Free(drive) if drive.is_idle())
     }
 
     pub(super) fn check(&self) -> Result<(), Error> {

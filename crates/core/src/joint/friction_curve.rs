@@ -61,12 +61,13 @@ impl FrictionCurve {
         }
         let mut curve = Self { points: [[0.0; 2]; MOST], count };
         let allowed = "0 at the first point, then increasing up to 1e6";
-        let (mut least, mut most) = (0.0, 0.0);
-        for (point, [speed, factor]) in curve.points.iter_mut().zip(points) {
+        let mut least = 0.0;
+        for (place, [speed, factor]) in points.iter().enumerate() {
+            let most = if place == 0 { 0.0 } else { 1e6 };
             in_range("speed of a friction curve", *speed, least, most, allowed)?;
             in_range("factor of a friction curve", *factor, 0.0, 1e6, "0 to 1e6")?;
-            *point = [*speed, *factor];
-            (least, most) = (speed.next_up(), 1e6);
+            curve.points[place] = [*speed, *factor];
+            least = speed.next_up();
         }
         Ok(curve)
     }

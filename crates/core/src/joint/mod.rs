@@ -52,6 +52,7 @@ use crate::error::{Error, in_range};
 use crate::mechanics::quaternion::product;
 use crate::mechanics::{Pose, RigidBody, State};
 use nalgebra::{Vector3, Vector4};
+use std::borrow::Cow;
 
 /// One axis of a joint; 0, 1 or 2 for x, y or z.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -202,10 +203,10 @@ impl Joint {
 
     /// Angular axes with active limits only. The swing of a cone is never negative, so its lower
     /// limit is removed. An active stop there would lock aligned axes.
-    pub(crate) fn acting_axes(&self) -> [Axis; 3] {
-        let mut axes = self.angular;
+    pub(crate) fn acting_axes(&self) -> Cow<'_, [Axis; 3]> {
+        let mut axes = Cow::Borrowed(&self.angular);
         if self.turning() == TurnKind::Ball
-            && let Axis::Free(Drive { limits: Some([low, _]), .. }) = &mut axes[0]
+            && let Axis::Free(Drive { limits: Some([low, _]), .. }) = &mut axes.to_mut()[0]
         {
             *low = f64::NEG_INFINITY;
         }
@@ -270,8 +271,8 @@ impl Joint {
         let (linear, angular) =
             (self.linear.each_ref().map(bare), self.angular.each_ref().map(bare));
         let push = [Vector3::zeros(); 2];
-        let (fall, rebound_rates, falls) = (Vector3::zeros(), [0.0; 2], [0.0; 2]);
-        let own = Self { fall, rebound_rates, falls, ..self.clone() };
+        let fall = Vector3::zeros();
+        let own = Self { fall, rebound_rates: [0.0; 2], falls: [0.0; 2], ..self.clone() };
         let bare = Self { push, kick: 1.0, moves: false, ..own };
         Self { frames, linear, angular, ..bare }
     }

@@ -41,7 +41,8 @@ impl Default for StepRecord {
 /// A copy has no memory for later intervals.
 impl Clone for StepRecord {
     fn clone(&self) -> Self {
-        let (unsolved, intervals) = (self.unsolved.clone(), self.intervals().to_vec());
+        let intervals = self.intervals().to_vec();
+        let unsolved = self.unsolved.clone();
         Self { index: self.index, unsolved, intervals, count: self.count, rest: None }
     }
 }

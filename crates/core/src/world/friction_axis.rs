@@ -53,8 +53,8 @@ impl World {
         all_in_range("friction axis", &axis.direction, -1e6, 1e6, "-1e6 to 1e6")?;
         let length = axis.direction.norm();
         in_range("length of the friction axis", length, 1e-6, 2e6, "1e-6 to 2e6")?;
-        let (direction, factor) = (axis.direction / length, checked(axis.factor)?);
-        let axis = FrictionAxis { direction, factor, ..axis };
+        let direction = axis.direction / length;
+        let axis = FrictionAxis { direction, factor: checked(axis.factor)?, ..axis };
         match self.friction_axes.binary_search_by(|(owner, _)| owner.cmp(&of)) {
             Ok(place) => self.friction_axes[place].1 = axis,
             Err(place) => self.friction_axes.insert(place, (of, axis)),

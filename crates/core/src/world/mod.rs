@@ -549,7 +549,8 @@ impl World {
     /// Sets in all joints when their springs and dampers act, and from which speed their stops bounce.
     pub(super) fn prepare_joints(&mut self) {
         let is_middle = self.integrator == Integrator::Leapfrog;
-        let (speed, fall) = (self.rebound_speed(), self.gravity().norm() * self.time_step());
+        let speed = self.rebound_speed();
+        let fall = self.gravity().norm() * self.time_step();
         let Self { joints, parameters, .. } = self;
         for joint in joints {
             joint.set_middle(is_middle, &parameters.bodies);

@@ -316,7 +316,7 @@ pub(super) fn linearise(
         let acting = joint.acting_axes();
         let own = [
             at_place.map(|coupling| (coupling, 1.0, joint.linear(), &starts[0])),
-            turn.map(|coupling| (coupling, *length, &acting, &starts[1])),
+            turn.map(|coupling| (coupling, *length, &*acting, &starts[1])),
         ];
         for (about, (coupling, length, axes, starts)) in
             own.into_iter().enumerate().filter_map(|(about, own)| own.map(|own| (about == 1, own)))

@@ -105,8 +105,13 @@ fn six(position: &Vector3<f64>, turn: &Vector3<f64>) -> Vector6<f64> {
 
 impl LinearisedSlopes {
     pub(super) fn new(bodies: [Option<usize>; 2]) -> Self {
-        let (by_velocity, by_instant, by_third) = (None, None, None);
-        Self { bodies, by_pose: RowsChange::zero(), by_velocity, by_instant, by_third }
+        Self {
+            bodies,
+            by_pose: RowsChange::zero(),
+            by_velocity: None,
+            by_instant: None,
+            by_third: None,
+        }
     }
 
     pub(super) fn pushed(&self, states: &[StateChange]) -> RowsChange<1> {
