@@ -55,9 +55,9 @@ pub struct JointResidual {
 /// Rates of the axes of a joint before a step.
 #[derive(Debug, Clone, Copy, Default)]
 struct AxisRates {
-    /// Of the position (m/s).
+    /// Rates of the position (m/s).
     along: Vector3<f64>,
-    /// Of the rotation (rad/s).
+    /// Rates of the rotation (rad/s).
     about: Vector3<f64>,
     /// Fall along the linear axes that the velocities lack (m/s).
     fall: Vector3<f64>,
