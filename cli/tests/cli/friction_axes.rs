@@ -71,6 +71,9 @@ fn wrong_axes_are_refused_by_name() {
         ("factor = 0.25", "factor = 0.0", "surfaces[0].factor: a number from 0.001"),
         ("axis = [1, 0, 0]\n", "", "surfaces[0].axis: a factor needs one"),
         ("axis = [1, 0, 0]", "axis = [0, 0, 0]", "surfaces[0].axis: a direction"),
+        ("factor = 0.5", "factor = 0.5\naxis_of = \"lid\"", "surfaces[1].axis_of: unknown name"),
+        ("factor = 0.5", "factor = 0.5\naxis_of = \"other\"", "to which no joints connect it"),
+        ("axis = [0, 1, 0]\nfactor = 0.5", "axis_of = \"other\"", "surfaces[1].velocity: one is"),
         ("of = \"plate\"", "of = \"ground\"", "friction of the ground and of block depends"),
     ] {
         let (end, _directory) = run_scenario(&SCENE.replacen(old, new, 1), &[]);

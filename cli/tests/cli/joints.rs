@@ -363,6 +363,22 @@ const BROKEN: &[(&str, &str, &[&str])] = &[
     ("anchor = [0.0, 0.0, 1.0]", "anchor = [0.0, 1e9, 1.0]", &["(shoulder).anchor", "1e4"]),
     ("friction = 0.1", "friction = -0.1", &["joints[0] (shoulder)", "friction", "-0.1", "0 to"]),
     ("friction = 0.1", "length = 0.0", &["joints[0] (shoulder)", "length"]),
+    ("friction = 0.1", "restitution = 0.5", &["(shoulder)", "restitution", "without `limits`"]),
+    (
+        "friction = 0.1",
+        "limits = [-1, 1]\nrestitution = 1.5",
+        &["joints[0] (shoulder)", "restitution", "0 to 1"],
+    ),
+    (
+        "friction = 0.1",
+        "friction_curve = [[0, 1], [1, 0.5]]",
+        &["(shoulder)", "friction_curve", "without `friction`"],
+    ),
+    (
+        "friction = 0.1",
+        "friction = 0.1\nfriction_curve = [[0.5, 1], [1, 0.5]]",
+        &["joints[0]", "friction_curve", "speed of a friction curve is 0.5", "0 at the first"],
+    ),
     ("friction = 0.1", "turn = { friction = 0.1 }", &["(shoulder).turn", "itself"]),
     ("friction = 0.1", "slide = { friction = 0.1 }", &["(shoulder).slide", "no meaning"]),
     ("friction = 0.1", "start = 4.0", &["joints[0] (shoulder).start", "4", "rad"]),

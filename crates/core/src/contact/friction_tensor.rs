@@ -1,7 +1,7 @@
 //! Friction that depends on the direction.
 //!
-//! The surface of one owner has an axis a, fixed in it or in a body to which joints connect it, with the factor s of friction along it. With its part a_t in the
-//! tangent plane at the start of the step, the tensor
+//! The surface of one owner has an axis a, fixed in it or in a body to which joints connect it, and the factor s
+//! of friction along it. With its part a_t in the tangent plane at the start of the step, the tensor
 //!
 //! ```text
 //! T = E − (1 − s) a_t a_tᵀ                                                  (eq. 46)

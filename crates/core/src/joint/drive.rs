@@ -141,10 +141,9 @@ impl Drive {
         self.static_friction.unwrap_or(self.friction * factor)
     }
 
-    /// Speeds u at the lower and the upper stop in a step of `time_step` (s) from `start`, each with the index
-    /// of the limit that the axis just reaches, or `None` if it bounces off: it then leaves the stop at −e times
-    /// its speed before, as in (29) of `docs/formulation.md`. An axis bounces if it may come to the stop under its
-    /// own forces and gravity.
+    /// Speeds u at the lower and the upper stop in a step of `time_step` (s) from `start`. Each has the index of
+    /// the limit that the axis just reaches, or `None` if it bounces off (J25). An axis bounces if it may come to
+    /// the stop under its own forces and gravity.
     pub(super) fn stops(
         &self,
         start: &AxisStart,

@@ -20,7 +20,8 @@ use crate::world::{Span, World};
 const ROUNDED: f64 = 1e-9;
 
 /// Takes one interval from `moment`, which moves to its end: a whole step, or the part of one in `span`.
-/// `taken` describes it; `is_copy` is true if it is a copy of the present rest. It is taken even if it is not solved.
+/// `taken` describes it. The interval is taken even if it is not solved. `is_copy` is true if `taken` already is
+/// a copy of the present rest.
 ///
 /// The order is:
 ///

@@ -27,9 +27,9 @@ impl World {
         Ok(self)
     }
 
-    /// Returns this world with a [friction axis](World::with_friction_axis) on the surface of `of` whose
-    /// `direction` is fixed in the frame of `body`, to which joints connect the owner: for a mecanum wheel the
-    /// direction of the rollers at the ground, in the frame of the chassis.
+    /// Returns this world with a [friction axis](World::with_friction_axis) on the surface of `of`, with its
+    /// `direction` in the frame of another `body`. Joints must connect both. The rollers of a mecanum wheel at the
+    /// ground, for example, keep their direction in the chassis.
     ///
     /// # Errors
     /// Those of [`World::with_friction_axis`]. [`World::check_start`] refuses a body without a joint to the owner.

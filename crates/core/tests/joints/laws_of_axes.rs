@@ -147,3 +147,33 @@ fn friction_follows_its_curve() {
         assert_eq!(states[1499].velocity[2], 0.0, "{name}");
     }
 }
+
+/// Checks that curves without meaning and laws that contradict each other are refused.
+#[test]
+fn wrong_laws_of_axes_are_refused() {
+    let wrong: [&[[f64; 2]]; 7] = [
+        &[[0.0, 1.0]],
+        &[[0.1, 1.0], [1.0, 1.0]],
+        &[[0.0, 1.0], [0.0, 2.0]],
+        &[[0.0, 1.0], [2.0, 1.0], [1.0, 1.0]],
+        &[[0.0, 1.0], [1.0, -0.1]],
+        &[[0.0, 1.0], [f64::NAN, 1.0]],
+        &[[0.0, 1.0]; 9],
+    ];
+    for points in wrong {
+        assert!(FrictionCurve::new(points).is_err(), "{points:?}");
+    }
+    let curve = FrictionCurve::new(&[[0.0, 1.0], [1.0, 0.5]]).ok();
+    let limits = Some([-0.1, 0.1]);
+    let none = Drive::NONE;
+    for drive in [
+        Drive { limits, restitution: 1.1, ..none },
+        Drive { limits, restitution: f64::NAN, ..none },
+        Drive { friction: 1.0, friction_curve: curve, static_friction: Some(2.0), ..none },
+    ] {
+        let frames = [JointFrame::along(Vector3::zeros(), Vector3::z()).unwrap(); 2];
+        let world = held_cube(|frames| Joint::prismatic(0, None, frames, none), Vector3::zeros());
+        let joint = Joint::prismatic(0, None, frames, drive);
+        assert!(world.with_joints(vec![joint]).is_err(), "{drive:?}");
+    }
+}

@@ -161,8 +161,8 @@ impl From<&Drive> for DriveEntry {
         Self {
             start: None,
             limits: drive.limits.map(Exactly),
-            restitution: some(drive.restitution),
-            friction: some(drive.friction),
+            restitution: some(drive.restitution).filter(|_| drive.limits.is_some()),
+            friction: some(drive.friction).or(drive.friction_curve.map(|_| 0.0)),
             static_friction: drive.static_friction,
             friction_curve: drive.friction_curve,
             stiffness: some(drive.stiffness),
@@ -191,6 +191,17 @@ impl DriveEntry {
             ("armature", self.armature.is_some()),
         ];
         given.into_iter().find(|(_, given)| *given).map(|(field, _)| field)
+    }
+
+    /// Field without effect, and the one that it needs.
+    pub(super) fn idle_field(&self) -> Option<(&'static str, &'static str)> {
+        if self.restitution.is_some() && self.limits.is_none() {
+            Some(("restitution", "limits"))
+        } else if self.friction_curve.is_some() && self.friction.is_none() {
+            Some(("friction_curve", "friction"))
+        } else {
+            None
+        }
     }
 
     pub fn drive(&self) -> Drive {

@@ -238,6 +238,14 @@ impl JointEntry {
                 return idle(&format!("{name}.limits"));
             }
         }
+        for ((axis, _), entry) in driven.iter().zip(self.drive_entries()) {
+            if let Some((field, needed)) = entry.idle_field() {
+                let table = if driven.len() == 1 { String::new() } else { format!("{axis}.") };
+                return Err(format!(
+                    "{table}{field} has no meaning without `{needed}`; leave it out"
+                ));
+            }
+        }
         if let Some(field) = self.drive().first()
             && driven.len() != 1
         {
