@@ -152,24 +152,38 @@ impl Drive {
     ) -> Option<[(f64, Option<usize>); 2]> {
         let [low, high] = self.limits?.map(|limit| length * (limit - start.coordinate) / time_step);
         let reached = [(low, Some(0)), (high, Some(1))];
-        if self.restitution == 0.0 || start.arrival.abs() <= start.rebound_rate {
-            return Some(reached);
-        }
-        let came = length * start.arrival;
-        let left = -self.restitution * came;
-        // An impulse p over ℓ changes u by ℓ² p/I.
-        let pushed = length
-            * length
-            * start.inverse_inertia
-            * self.forces(start, time_step, length, 1.0).beside(came, true);
-        let fall = length * start.fall;
-        Some(if came < 0.0 && came + pushed - fall <= low && left > low {
+        let [faster, closer] = self.approach([low, high], start, time_step, length);
+        let left = -self.restitution * length * start.arrival;
+        Some(if faster <= 0.0 || closer < 0.0 {
+            reached
+        } else if start.arrival < 0.0 && left > low {
             [if left < high { (left, None) } else { reached[1] }, reached[1]]
-        } else if came > 0.0 && came + pushed + fall >= high && left < high {
+        } else if start.arrival > 0.0 && left < high {
             [reached[0], if left > low { (left, None) } else { reached[0] }]
         } else {
             reached
         })
+    }
+
+    /// Excess of the speed over that from which the axis bounces, and of the speed to which forces may change it
+    /// over that of the stop ahead (m/s). An axis with restitution bounces if neither is negative.
+    fn approach(
+        &self,
+        [low, high]: [f64; 2],
+        start: &AxisStart,
+        time_step: f64,
+        length: f64,
+    ) -> [f64; 2] {
+        if self.restitution == 0.0 {
+            return [f64::NEG_INFINITY; 2];
+        }
+        let came = length * start.arrival;
+        // An impulse p over ℓ changes u by ℓ² p/I.
+        let response = length * length * start.inverse_inertia;
+        let pushed = response * self.forces(start, time_step, length, 1.0).beside(came, true);
+        let beyond = if came < 0.0 { low - came - pushed } else { came + pushed - high };
+        let faster = length * (start.arrival.abs() - start.rebound_rate);
+        [faster, beyond + length * start.fall]
     }
 
     /// Forces of [`Axis::graph`] besides its stops.
@@ -489,6 +503,20 @@ impl Axis {
             sum.add_stops(low, high);
         }
         sum.graph()
+    }
+
+    /// Distance of the step from a change between bouncing and not bouncing (m/s), as
+    /// [`Contact::bounce_margin`](crate::contact::Contact::bounce_margin).
+    pub(crate) fn bounce_margin(&self, start: &AxisStart, time_step: f64, length: f64) -> f64 {
+        let Self::Free(drive @ Drive { limits: Some(limits), .. }) = self else {
+            return f64::INFINITY;
+        };
+        let stops = limits.map(|limit| length * (limit - start.coordinate) / time_step);
+        let [faster, closer] = drive.approach(stops, start, time_step, length);
+        match faster.min(closer) {
+            least if least > 0.0 => least,
+            _ => (-faster).max(-closer),
+        }
     }
 
     /// Share of dry friction in its limit, −1 to 1, with the `force` of a step in which the axis rests (N or N m), and

@@ -177,3 +177,27 @@ fn wrong_laws_of_axes_are_refused() {
         assert!(world.with_joints(vec![joint]).is_err(), "{drive:?}");
     }
 }
+
+/// Checks that derivatives know how near a step is to another decision about a bounce: a cube that would come to its
+/// stop with a thousandth of its speed left, or would just not.
+#[test]
+fn derivatives_know_the_margin_of_a_bounce() {
+    let drive = Drive { limits: Some([0.0, 1.0]), restitution: 0.5, ..Drive::NONE };
+    let world = held_cube(|frames| Joint::prismatic(0, None, frames, drive), Vector3::zeros());
+    let world = world.with_integrator(Integrator::Euler);
+    for (share, margin) in [(0.999, 2e-3), (1.001, 2e-3), (0.5, 1.0), (3.0, 4.0)] {
+        let start = State {
+            velocity: Vector3::z() * -2.0,
+            ..State::at_rest(Vector3::z() * (share * 2.0 * H))
+        };
+        let mut simulation =
+            Simulation::new(world.clone(), [start], Motion::native(&world)).unwrap();
+        let (mut record, mut derivative) = (StepRecord::new(), StepDerivative::new());
+        simulation.step(&mut record).unwrap();
+        simulation.linearise(&record, &mut derivative).unwrap();
+        let found = derivative.margin();
+        assert!((found - margin).abs() < 1e-9, "{share}: {found}");
+        let bounces = record.next_states()[0].velocity[2] > 0.0;
+        assert_eq!(bounces, share < 1.0, "{share}");
+    }
+}

@@ -326,7 +326,8 @@ impl StepDerivative {
         // Contacts on the central path have no kinks.
         let is_central = matches!(self.smoothing, Some(Smoothing::CentralPath(_)));
         let smooth = if is_central { view.contacts.len() } else { 0 };
-        self.margin = self.margin.min(linear.margin(smooth));
+        let bounces = point.joints.iter().map(LinearRows::bounce_margin);
+        self.margin = bounces.fold(self.margin.min(linear.margin(smooth)), f64::min);
         let pressing = point.couplings.iter().filter(|coupling| coupling.presses());
         let rooms = pressing.map(|c| c.tangent.room() / map.time_step);
         let stops = point.joints.iter().map(LinearRows::stop_margin);

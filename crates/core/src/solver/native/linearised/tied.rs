@@ -100,6 +100,11 @@ impl TiedRowLaw {
         self.axis.stop_margin(&self.start, self.time_step, self.length, self.at)
     }
 
+    /// Distance from a change between bouncing and not bouncing (m/s).
+    fn bounce_margin(&self) -> f64 {
+        self.axis.bounce_margin(&self.start, self.time_step, self.length)
+    }
+
     /// Motion along the row and impulse for a change of the graph's data (G10). The impulse has no
     /// compliance if the limit is taken (G14).
     pub(super) fn local_solution(&self, change: &AxisChange) -> (f64, f64) {
@@ -243,6 +248,11 @@ impl LinearRows {
     /// (m/s).
     pub(super) fn stop_margin(&self) -> f64 {
         self.laws.iter().map(TiedRowLaw::stop_margin).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Smallest distance of a row from a change between bouncing and not bouncing (m/s).
+    pub(super) fn bounce_margin(&self) -> f64 {
+        self.laws.iter().map(TiedRowLaw::bounce_margin).fold(f64::INFINITY, f64::min)
     }
 
     pub(super) fn new(
